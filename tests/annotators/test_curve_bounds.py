@@ -73,6 +73,20 @@ def test_a_curve_touches_its_box(kind):
     np.testing.assert_allclose(bounds(kind), [curve.min(axis=0) - 0.1, curve.max(axis=0) + 0.1], atol=5e-3)
 
 
+def test_widths_of_hermite_curves_run_evenly_between_vertices():
+    """As they are drawn. The curve goes straight up, and is widest above, where it is not at its end."""
+    stage = Usd.Stage.CreateInMemory()
+    curves = stage.DefinePrim("/Hair", "HermiteCurves")
+    curves.GetAttribute("points").Set([(0, 0, 0), (1, 0, 0)])
+    curves.GetAttribute("tangents").Set([(1, 4, 0), (1, -4, 0)])
+    curves.GetAttribute("curveVertexCounts").Set([2])
+    curves.GetAttribute("widths").Set([0.0, 2.0])
+    hull = read_hull(curves, Usd.TimeCode.Default(), Skinning())
+    assert hull is not None
+    curve = CubicHermiteSpline([0, 1], [(0, 0, 0), (1, 0, 0)], [(1, 4, 0), (1, -4, 0)])(TIMES)
+    np.testing.assert_allclose(hull(np.eye(4))[1, 1], (curve[:, 1] + TIMES).max(), atol=2e-3)
+
+
 def test_of_many_segments_the_box_is_that_of_bezier_control_points(monkeypatch):
     monkeypatch.setattr("usdsdg.annotators.bounds.curves._MOST_SAMPLED", 1)
     curve, (low, high) = CURVES["catmullRom pinned"], bounds("catmullRom pinned")

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
@@ -360,6 +360,24 @@ def test_boxes_of_characters_follow_time_and_edits(stage):
     assert highest(24) == pytest.approx(bent + 7, abs=1e-5)
     UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().ClearTargets(True)
     assert highest(24) == pytest.approx(LENGTH + 7, abs=1e-5)
+
+
+def test_boxes_follow_value_clips_of_what_no_layer_authors(stage, tmp_path):
+    clip = Usd.Stage.CreateNew(str(tmp_path / "clip.usda"))
+    size = UsdGeom.Cube.Define(clip, "/M").CreateSizeAttr()
+    size.Set(2.0, 0)
+    size.Set(4.0, 10)
+    clip.Save()
+    file = Sdf.AssetPath(clip.GetRootLayer().identifier)
+    clips = {"primPath": "/M", "assetPaths": Sdf.AssetPathArray([file]), "manifestAssetPath": file}
+    clips |= {"active": Vt.Vec2dArray([(0, 0)]), "times": Vt.Vec2dArray([(0, 0), (10, 10)])}
+    cube = UsdGeom.Cube.Define(stage, "/World/Cube")
+    cube.GetPrim().SetMetadata("clips", {"default": clips})
+    add_labels(cube.GetPrim(), {"class": ["cube"]})
+    reader = LabeledPrimReader(stage)
+    for code in (0, 10, 5):
+        bounds = reader.read(("/World/Cube",), time=Usd.TimeCode(code)).bounds
+        np.testing.assert_allclose(np.ptp(bounds[0], axis=0), cube.GetSizeAttr().Get(code))
 
 
 def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):

@@ -428,3 +428,40 @@ def test_older_names_of_colors_in_ply(tmp_path):
     stage, _, _ = opened(tmp_path / "a.ply", tmp_path)
     [mesh] = meshes(stage)
     np.testing.assert_allclose(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get(), [(1, 0, 0)] * 3)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("names", ["red green blue", "r g b", "diffuse_red diffuse_green diffuse_blue"])
+@pytest.mark.parametrize(
+    ("kind", "packed", "top"),
+    [("uchar", "B", 255), ("ushort", "H", 65535), ("int", "i", 255), ("uint", "I", 2**32 - 1)],
+)
+@pytest.mark.parametrize("element", ["vertex", "face"])
+def test_colors_of_ply_of_any_size_and_name(element, kind, packed, top, names, form, tmp_path):
+    """As scanners write them with 16 bits; of a face, among its other numbers."""
+    shares = [(1, 0.5, 0), (0.2, 0.4, 1), (0, 0, 0.7)] if element == "vertex" else [(1, 0.5, 0)]
+    colors = [[round(share * top) for share in each] for each in shares]
+    points = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
+    listed = "".join(f"property {kind} {name}\n" for name in names.split())
+    own = {"vertex": "", "face": "", element: listed}
+    head = (
+        f"ply\nformat {form} 1.0\nelement vertex 3\nproperty float x\nproperty float y\n{own['vertex']}"
+        f"property float z\nelement face 1\n{own['face']}property list uchar int vertex_indices\n"
+        "property uchar flags\nend_header\n"
+    )
+    rows = [(x, y, *(colors[k] if element == "vertex" else ()), z) for k, (x, y, z) in enumerate(points)]
+    face = (*(colors[0] if element == "face" else ()), 3, 0, 1, 2, 7)
+    if form == "ascii":
+        body = "".join(" ".join(map(str, row)) + "\n" for row in [*rows, face]).encode()
+    else:
+        order = "<" if "little" in form else ">"
+        of_vertex, of_face = (packed * 3 if element == each else "" for each in ("vertex", "face"))
+        body = b"".join(struct.pack(f"{order}2f{of_vertex}f", *row) for row in rows)
+        body += struct.pack(f"{order}{of_face}B3iB", *face)
+    (tmp_path / "a.ply").write_bytes(head.encode() + body)
+    stage, _, _ = opened(tmp_path / "a.ply", tmp_path)
+    [mesh] = meshes(stage)
+    shown = np.array(UsdGeom.Gprim(mesh).GetDisplayColorPrimvar().ComputeFlattened())
+    srgb = np.array(shares * (3 if element == "face" else 1))
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    np.testing.assert_allclose(np.sort(shown, axis=0), np.sort(linear, axis=0), atol=8e-3)

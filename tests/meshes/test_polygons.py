@@ -7,6 +7,7 @@ import pytest
 from pxr import UsdGeom
 
 from tests.meshes.test_conversion import meshes, opened
+from usdsdg.meshes.readers import read
 
 ARROW = [(0, 0), (2, 1), (0, 2), (0.5, 1)]
 CORNER = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
@@ -125,3 +126,27 @@ def test_the_materials_of_cut_polygons_stay(tmp_path):
         target = str(prim.GetRelationship("material:binding").GetTargets()[0])
         found[target.rpartition("/")[2]] = len(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get())
     assert found == {"red": 2, "blue": 4}
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_strips_of_ply_are_triangles_that_all_look_up(form, tmp_path):
+    """As in Stanford's scans. Two strips in one plane, one of which repeats a corner to turn."""
+    points = [(x, y, 0.0) for x in range(4) for y in range(2)]
+    strip = [0, 2, 1, 3, -1, 4, 6, 5, 7, 7]
+    head = (
+        f"ply\nformat {form} 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+    )
+    if form == "ascii":
+        rows = [*points, (len(strip), *strip)]
+        body = "".join(" ".join(map(str, row)) + "\n" for row in rows).encode()
+    else:
+        order = "<" if "little" in form else ">"
+        body = b"".join(struct.pack(order + "3f", *point) for point in points)
+        body += struct.pack(f"{order}{1 + len(strip)}i", len(strip), *strip)
+    (tmp_path / "a.ply").write_bytes(head.encode() + body)
+    [part] = read(tmp_path / "a.ply").parts
+    corners = part.points[part.triangles]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2
+    np.testing.assert_allclose(areas, [0.5] * 4)
+    assert sorted(corners.mean(axis=1)[:, 0].round(3).tolist()) == [0.333, 0.667, 2.333, 2.667]

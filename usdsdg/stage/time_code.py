@@ -105,3 +105,17 @@ def transform_varies(prim: Usd.Prim) -> bool:
     """Return whether the local transform of a prim varies with time, whatever is above it; a single sample does not."""
     xformable = UsdGeom.Xformable(prim)
     return bool(xformable) and xformable.TransformMightBeTimeVarying()
+
+
+def attributes_with_values(prim: Usd.Prim) -> list[Usd.Attribute]:
+    """Return the attributes of a prim that are authored, or all where value clips may give values to others."""
+    return prim.GetAttributes() if _is_in_clips(prim) else prim.GetAuthoredAttributes()
+
+
+def _is_in_clips(prim: Usd.Prim) -> bool:
+    """Return whether value clips give values to a prim: they stand on it or on one above it."""
+    while prim:
+        if prim.HasAuthoredMetadata("clips"):
+            return True
+        prim = prim.GetParent()
+    return False

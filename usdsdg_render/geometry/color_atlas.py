@@ -7,10 +7,8 @@ atlas; they are free, since only gprims without textures get one.
 """
 
 import numpy as np
-from pxr import Usd
 
 from usdsdg.stage.colors import linear_to_srgb
-from usdsdg_render.geometry.mesh_source import read_colors, read_primvar
 
 # (most triangles, texels along a side of a block): the first row that fits counts.
 BLOCK_SIZES = ((50_000, 8), (500_000, 4), (10**12, 2))
@@ -46,31 +44,3 @@ def _layout(count: int) -> tuple[int, int, int]:
     side = next(side for most, side in BLOCK_SIZES if count <= most)
     columns = min(count, MAX_WIDTH // side)
     return side, columns, -(-count // columns)
-
-
-def element_colors(
-    prim: Usd.Prim, time: Usd.TimeCode, elements: np.ndarray, interpolations: tuple[str, ...]
-) -> np.ndarray | None:
-    """(N, 4) float32 linear colors and opacities of elements of a gprim, such as the curves of a BasisCurves.
-
-    None where a primvar has an interpolation other than constant and `interpolations`, or too few values.
-    """
-    columns = []
-    for name, width in (("displayColor", 3), ("displayOpacity", 1)):
-        primvar = read_colors(prim, time) if width == 3 else read_primvar(prim, f"primvars:{name}", time, ())
-        rows = elements
-        if primvar is None:
-            columns.append(np.ones((len(elements), width), np.float32) * (1.0 if width == 1 else 0.5))
-            continue
-        if primvar.interpolation == "constant" or len(primvar.values) == 1:
-            rows = np.zeros_like(elements)
-        elif primvar.interpolation not in interpolations:
-            return None
-        if len(primvar.indices) and primvar.interpolation != "constant":
-            if rows.max(initial=0) >= len(primvar.indices):
-                return None
-            rows = primvar.indices[rows]
-        if rows.max(initial=0) >= len(primvar.values) or rows.min(initial=0) < 0:
-            return None
-        columns.append(primvar.values[rows].reshape(-1, width))
-    return np.nan_to_num(np.concatenate(columns, axis=1).astype(np.float32))

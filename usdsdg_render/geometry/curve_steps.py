@@ -13,10 +13,15 @@ RADIUS_SHARE, EXTENT_SHARE = 0.05, 1 / 2_000
 MOST_STEPS, MOST_TRIANGLES = 64, 512_000
 
 
+def count_triangles(groups: Sequence[Polylines], sides: int) -> int:
+    """Return about how many triangles the tubes of curves have."""
+    return 2 * sides * sum(each.points.shape[0] * each.points.shape[1] for each in groups)
+
+
 def most_doublings(groups: Sequence[Polylines], sides: int) -> int:
     """Return how often the samples of the segments of curves may be doubled."""
     bent = [each for each in groups if each.steps > 1]
-    triangles = 2 * sides * sum(each.points.shape[0] * each.points.shape[1] for each in groups)
+    triangles = count_triangles(groups, sides)
     if not bent or not triangles:
         return 0
     factor = min(MOST_TRIANGLES / triangles, MOST_STEPS / max(each.steps for each in bent))

@@ -1,7 +1,7 @@
 """Sample UsdGeom curves as polylines with radii.
 
 BasisCurves are evaluated with their basis, HermiteCurves with their tangents and NurbsCurves with their knots and
-weights, exactly, at evenly spaced parameters of each segment.
+weights, exactly, at evenly spaced parameters of each segment: for NURBS, from each knot to the next.
 """
 
 from typing import NamedTuple
@@ -101,6 +101,11 @@ def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Cur
             f"{errors.counted(len(points), 'entry', 'entries')}, so the curves are not drawn. Correct them."
         )
         return None
+    if left := len(points) - int(counts.sum()):
+        errors.warn_once(
+            f"{prim.GetPath()}: the last {errors.counted(left, 'point belongs', 'points belong')} to no curve and are "
+            f"not drawn, since curveVertexCounts sum to {int(counts.sum())}. Correct them."
+        )
     if read_array(prim, "normals", time, (3,)) is not None:
         errors.warn_once(f"{prim.GetPath()}: curves with normals are drawn as round tubes, not as ribbons.")
     return _Curves(np.asarray(points, np.float64), counts.astype(np.int64), read_widths(prim, time))
@@ -179,6 +184,20 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
     return [Polylines(samples[..., :3], radii, closed, group.numbers, steps)]
 
 
+def varying_counts(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
+    """Return the number of varying values of each curve; None of NURBS, whose ends of segments are their knots."""
+    counts = read_array(prim, "curveVertexCounts", time, ())
+    kind = str(prim.GetTypeName())
+    if counts is None or kind not in ("BasisCurves", "HermiteCurves"):
+        return None
+    counts = np.maximum(counts.astype(np.int64), 0)
+    if kind == "HermiteCurves":
+        return counts
+    linear = UsdGeom.BasisCurves(prim).GetTypeAttr().Get(time) == UsdGeom.Tokens.linear
+    basis = "linear" if linear else token(prim, "basis", time, tuple(BASES))
+    return _varying_counts(basis, token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned")), counts)
+
+
 def _varying_counts(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:
     """(curves,) number of varying values of each curve: one for each end of a segment."""
     if wrap == "periodic":
@@ -234,7 +253,11 @@ def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         if drawn is None:
             continue
         low, high = drawn
-        parameters = np.linspace(low, high, steps * (count - order + 1) + 1)
+        inner = curve_knots[(curve_knots > low) & (curve_knots < high)]
+        joints = np.unique([low, *inner, high])  # a curve may have corners there
+        own_steps = 1 if order == 2 else steps
+        segment, t = _parameters(own_steps, len(joints) - 1, False)
+        parameters = joints[segment] + (joints[segment + 1] - joints[segment]) * t
         weight = np.ones(count) if weights is None or len(weights) < len(curves.points) else weights[row]
         widths, kind = element_widths(prim, curves.widths, np.array([curve]), row[None], ends)
         at_vertices = widths[0] if kind == "vertex" else np.full(count, widths[0, 0])
@@ -243,6 +266,7 @@ def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         with np.errstate(divide="ignore", invalid="ignore"):  # weights of zero; `_drawable` looks at what comes of them
             samples = homogeneous[:, :4] / homogeneous[:, 4:]
         if kind == "varying":
-            samples[:, 3] = np.interp(np.linspace(0, 1, len(samples)), np.linspace(0, 1, widths.shape[1]), widths[0])
-        polylines.append(Polylines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve]), steps))
+            samples[:, 3] = np.interp(parameters, curve_knots[order - 1 : count + 1], widths[0])
+        radii = samples[None, :, 3] / 2.0
+        polylines.append(Polylines(samples[None, :, :3], radii, False, np.array([curve]), own_steps))
     return polylines

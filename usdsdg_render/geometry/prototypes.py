@@ -10,7 +10,8 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry import shapes, tubes
-from usdsdg_render.geometry.color_atlas import atlas_uvs, element_colors
+from usdsdg_render.geometry.color_atlas import atlas_uvs
+from usdsdg_render.geometry.element_values import element_colors, element_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
 from usdsdg_render.geometry.primvar_faults import warn_of_excess
@@ -93,11 +94,10 @@ class PrototypeCache:
         surface = tessellate(prim, time, self.skinning)
         if surface is None:
             return None
-        colors = None
-        if colored:
-            # One color for each point or curve; curves with `vertex` or `varying` colors get the mean.
-            elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
-            colors = element_colors(prim, time, surface.owners, elements)
+        colors = element_colors(prim, time, surface) if colored else None
+        uvs = element_uvs(prim, time, uv_names[0], surface) if uv_names and not colored else None
+        if uvs is not None:
+            surface = surface._replace(uvs=uvs)
         return self._share_tessellation(str(prim.GetPath()), surface, colors)
 
     def _share_tessellation(self, path: str, surface: tubes.Tessellation, colors: np.ndarray | None) -> Prototype:
@@ -112,7 +112,7 @@ class PrototypeCache:
                     uvs=surface.uvs if colors is None else atlas_uvs(len(surface.triangles)),
                     triangle_slots=np.zeros(len(surface.triangles), np.int32),
                     triangle_faces=surface.owners,
-                    colors=None if colors is None else np.repeat(colors[:, None], 3, axis=1),
+                    colors=colors,
                 )
             )
         found = self._by_content[content]

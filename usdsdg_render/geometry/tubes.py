@@ -7,11 +7,12 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry.curve_steps import most_doublings, wanted_doublings
+from usdsdg_render.geometry.curve_steps import MOST_TRIANGLES, count_triangles, most_doublings, wanted_doublings
 from usdsdg_render.geometry.curve_widths import read_widths, width_values
 from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
 from usdsdg_render.geometry.mesh_source import read_points
 from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
+from usdsdg_render.geometry.tube_sections import Sections, section_counts, sections_of, unit
 
 # (most segments, samples of a segment, sides of a tube): the first row that fits counts. `curve_steps` may add samples.
 TUBES = ((2_000, 8, 16), (20_000, 6, 8), (100_000, 4, 6), (1_000_000, 2, 4), (10**12, 1, 3))
@@ -36,12 +37,16 @@ def tessellate_curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) ->
     skinned = skinning.skin(prim, time)
     points = None if skinned is None else skinned.points
     groups = read_polylines(prim, time, points, steps)
-    if most := most_doublings(groups, sides):
-        # By what does not deform, so that the topology stays the same over time, as motion vectors need.
-        rest = groups if time.IsDefault() and points is None else read_polylines(prim, _first(time), None, steps)
-        if doublings := min(most, wanted_doublings(rest)):
-            groups = read_polylines(prim, time, points, steps << doublings)
-    tubes = [tube for tube in (_tube(each, sides) for each in groups) if tube is not None]
+    # By what does not deform, so that the topology stays the same over time, as motion vectors need.
+    deforms = not (time.IsDefault() and points is None) and count_triangles(groups, sides) <= MOST_TRIANGLES
+    rest = read_polylines(prim, _first(time), None, steps) if deforms else groups
+    if doublings := min(most_doublings(groups, sides), wanted_doublings(rest)):
+        groups = read_polylines(prim, time, points, steps << doublings)
+        rest = read_polylines(prim, _first(time), None, steps << doublings) if deforms else groups
+    counts = section_counts(rest, sides)
+    if [len(each) for each in counts] != [each.points.shape[1] for each in groups]:  # there are other curves by now
+        counts = section_counts(groups, sides)
+    tubes = [tube for tube in (_tube(each, count, sides) for each, count in zip(groups, counts)) if tube is not None]
     surface = _join(tubes)
     if surface is None and groups:
         errors.warn_once(
@@ -109,14 +114,16 @@ def _unit_sphere(levels: int) -> tuple[np.ndarray, np.ndarray]:
     return sphere.values, sphere.indices.reshape(-1, 3)
 
 
-def _tube(polylines: Polylines, sides: int) -> Tessellation | None:
-    tangent, across = _frames(polylines)
-    aside = np.cross(tangent, across)
+def _tube(polylines: Polylines, counts: np.ndarray, sides: int) -> Tessellation | None:
+    """Tessellate curves with `counts` (K,) circles at each sample."""
+    sections = sections_of(polylines, counts)
+    across = _frames(sections, polylines.closed)
+    aside = np.cross(sections.tangents, across)
     angle = np.arange(sides) * (2 * np.pi / sides)
-    # (C, K, sides, 3) directions from the curve to the tube
+    # (C, S, sides, 3) directions from the curve to the tube
     outward = across[:, :, None] * np.cos(angle)[:, None] + aside[:, :, None] * np.sin(angle)[:, None]
-    rings = polylines.points[:, :, None] + outward * np.maximum(polylines.radii, 0.0)[:, :, None, None]
-    count, samples = polylines.points.shape[:2]
+    rings = sections.points[:, :, None] + outward * np.maximum(sections.radii, 0.0)[:, :, None, None]
+    count, samples = sections.points.shape[:2]
     here = np.arange(samples if polylines.closed else samples - 1)[:, None]
     next_ring, side = (here + 1) % samples, np.arange(sides)
     next_side = (side + 1) % sides
@@ -126,7 +133,9 @@ def _tube(polylines: Polylines, sides: int) -> Tessellation | None:
     ).reshape(-1, 4)
     triangles = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
     column = np.broadcast_to(np.stack([side, side + 1, side + 1, side], -1) / sides, (len(here), sides, 4))
-    row = np.stack([here, here, here + 1, here + 1], -1) / max(len(here), 1)
+    chords = len(counts) if polylines.closed else len(counts) - 1
+    along = np.append(sections.along, chords)
+    row = np.stack([along[here], along[here], along[here + 1], along[here + 1]], -1) / max(chords, 1)
     uv = np.stack([column, np.broadcast_to(row, column.shape)], -1).reshape(-1, 4, 2)[:, [[0, 1, 2], [0, 2, 3]]]
     offset = samples * sides * np.arange(count)[:, None, None]
     tube = Tessellation(
@@ -136,7 +145,7 @@ def _tube(polylines: Polylines, sides: int) -> Tessellation | None:
         np.tile(uv.reshape(-1, 3, 2), (count, 1, 1)).astype(np.float32),
         np.repeat(polylines.curves, len(triangles)).astype(np.int32),
     )
-    return tube if polylines.closed else _join([tube, *_caps(polylines, tangent, rings)])
+    return tube if polylines.closed else _join([tube, *_caps(polylines, sections.tangents, rings)])
 
 
 def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[Tessellation]:
@@ -144,7 +153,7 @@ def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[
     caps = []
     count, sides = len(rings), rings.shape[2]
     fan = np.stack([np.zeros(sides, int), 1 + np.arange(sides), 1 + (np.arange(sides) + 1) % sides], axis=-1)
-    for end, sign in ((0, -1.0), (-1, 1.0)):
+    for end, sign, v in ((0, -1.0, 0.0), (-1, 1.0, 1.0)):
         vertices = np.concatenate([polylines.points[:, end, None], rings[:, end]], axis=1)
         faces = fan if sign > 0 else fan[:, ::-1]
         triangles = faces + (sides + 1) * np.arange(count)[:, None, None]
@@ -154,35 +163,30 @@ def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[
                 vertices.reshape(-1, 3).astype(np.float32),
                 triangles.reshape(-1, 3).astype(np.int32),
                 normal.reshape(-1, 3, 3).astype(np.float32),
-                np.full((count * sides, 3, 2), 0.5, np.float32),
+                np.broadcast_to(np.array([0.5, v], np.float32), (count * sides, 3, 2)),
                 np.repeat(polylines.curves, sides).astype(np.int32),
             )
         )
     return caps
 
 
-def _frames(polylines: Polylines) -> tuple[np.ndarray, np.ndarray]:
-    """(C, K, 3) unit tangents, and unit vectors orthogonal to them with minimal rotation along the curve."""
-    point = polylines.points
-    if polylines.closed:
-        along = np.roll(point, -1, axis=1) - np.roll(point, 1, axis=1)
-    else:
-        along = np.gradient(point, axis=1) if point.shape[1] > 1 else np.zeros_like(point)
-    tangent = _unit(along, np.array([0.0, 0.0, 1.0]))
+def _frames(sections: Sections, closed: bool) -> np.ndarray:
+    """(C, S, 3) unit vectors in the planes of circles, with minimal rotation along the curve."""
+    tangent, count = sections.tangents, sections.points.shape[1]
     start = tangent[:, 0]
     least = np.eye(3)[np.argmin(np.abs(start), axis=1)]
     across = np.empty_like(tangent)
-    across[:, 0] = _unit(np.cross(start, least), np.array([1.0, 0.0, 0.0]))
-    for k in range(1, point.shape[1]):
+    across[:, 0] = unit(np.cross(start, least), np.array([1.0, 0.0, 0.0]))
+    for k in range(1, count):
         across[:, k] = _transport(across[:, k - 1], tangent[:, k - 1], tangent[:, k])
-    if polylines.closed:  # the rotation left after one round is undone evenly, so that the ends meet
+    if closed:  # the rotation left after one round is undone evenly, so that the ends meet
         back = _transport(across[:, -1], tangent[:, -1], start)
         turned = np.arctan2(
             np.einsum("ci,ci->c", np.cross(back, across[:, 0]), start), np.einsum("ci,ci->c", back, across[:, 0])
         )
-        angle = turned[:, None] * np.arange(point.shape[1]) / point.shape[1]
+        angle = turned[:, None] * np.arange(count) / count
         across = across * np.cos(angle)[..., None] + np.cross(tangent, across) * np.sin(angle)[..., None]
-    return tangent, across
+    return across
 
 
 def _transport(vector: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
@@ -193,13 +197,7 @@ def _transport(vector: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.
     turned = vector * cosine + np.cross(axis, vector) + axis * along / np.maximum(1.0 + cosine, 1e-9)
     turned = np.where(cosine > -0.9999, turned, vector)
     flat = turned - after * np.einsum("ci,ci->c", turned, after)[:, None]
-    return _unit(flat, np.array([1.0, 0.0, 0.0]))
-
-
-def _unit(vectors: np.ndarray, fallback: np.ndarray) -> np.ndarray:
-    """Unit vectors; `fallback` for those of zero length."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.where(length > 1e-12, vectors / np.where(length > 1e-12, length, 1.0), fallback)
+    return unit(flat, np.array([1.0, 0.0, 0.0]))
 
 
 def _join(parts: list[Tessellation]) -> Tessellation | None:

@@ -53,7 +53,9 @@ def _is_authored(collection: Usd.CollectionAPI) -> bool:
     """Whether a collection may exclude anything; reads attributes only, because most lights author nothing."""
     if collection.GetIncludeRootAttr().Get() is False or collection.GetMembershipExpressionAttr().HasAuthoredValue():
         return True
-    return collection.GetExcludesRel().HasAuthoredTargets()
+    if collection.GetExcludesRel().HasAuthoredTargets() or collection.GetModeAttr().Get() == "expression":
+        return True
+    return collection.GetExpansionRuleAttr().Get() == Usd.Tokens.explicitOnly  # the root does not count then
 
 
 def _members(collection: Usd.CollectionAPI, paths: Sequence[str]) -> np.ndarray | None:

@@ -4,6 +4,7 @@ Mirrors https://autodesk.github.io/standard-surface/ and https://academysoftware
 the renderer has such layers. Of the nodes between, those are evaluated that select an image, a channel or coordinates.
 """
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
 from usdsdg_render.materials.shading import Input, Material
-from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.usd.authored_values import as_floats
 
 # Outside of an image, `constant` has the node's `default`, which is 0 unless it is authored.
@@ -202,14 +203,15 @@ def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse
         )
     if kind.endswith("_float"):
         channel = 0
-    network.use_uv(node, _coordinates(network, node))
+    primvar, placed = _coordinates(network, node)
+    network.use_uv(node, primvar)
     use = TextureUse(
         file,
         color_space="sRGB" if COLOR_SPACES.get(space) == "sRGB" else "raw",
         color=color,
         wrap_s=_wrap(network, node, "uaddressmode"),
         wrap_t=_wrap(network, node, "vaddressmode"),
-        transform=_transform(network, node),
+        transform=_transform(network, node).after(placed),
         broadcast=channel if color else -1,
         shader=str(node.GetPath()),
     )
@@ -239,17 +241,44 @@ def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
     )
 
 
-def _coordinates(network: Network, node: UsdShade.Shader) -> str:
+def _coordinates(network: Network, node: UsdShade.Shader) -> tuple[str, UvTransform]:
+    """Return the primvar of an image's texture coordinates, and how `place2d` nodes transform these."""
+    placed, passed = IDENTITY_UV, set()
     reader = network.source(node, "texcoord").shader
+    while reader is not None and shader_id(reader) == "ND_place2d_vector2" and reader.GetPath() not in passed:
+        passed.add(reader.GetPath())
+        placed = placed.after(_place2d(network, reader))
+        reader = network.source(reader, "texcoord").shader
     if reader is None:
-        return "st"
+        return "st", placed
     if shader_id(reader).startswith("ND_geompropvalue_"):
-        return str(network.value(reader, "geomprop") or "st")
+        return str(network.value(reader, "geomprop") or "st"), placed
     if not shader_id(reader).startswith("ND_texcoord_"):
         network.warn(reader, f"MaterialX node '{shader_id(reader)}' is not evaluated; primvars:st is used.")
-        return "st"
+        return "st", placed
     index = int(network.number(reader, "index", 0.0))
-    return f"st{index}" if index > 0 else "st"
+    return f"st{index}" if index > 0 else "st", placed
+
+
+def _place2d(network: Network, node: UsdShade.Shader) -> UvTransform:
+    """Read how a node places an image: about its pivot, divided by scale, turned clockwise, minus offset."""
+    for name in network.connected(node):
+        if name != "texcoord":
+            network.warn(node, f"inputs:{name} may only be a constant here; its default is used. Author a value.")
+    pivot, offset = (network.floats(node, name, (0.0, 0.0)) for name in ("pivot", "offset"))
+    scale = tuple(1.0 / each if each else 1.0 for each in network.floats(node, "scale", (1.0, 1.0)))
+    scaled = UvTransform.of(scale, 0.0, (0.0, 0.0))
+    turned = UvTransform.of((1.0, 1.0), -math.radians(network.number(node, "rotate", 0.0)), (0.0, 0.0))
+    moved = _moved(offset, -1.0)
+    is_moved_first = network.number(node, "operationorder", 0.0) == 1.0
+    placed = _moved(pivot, -1.0)
+    for step in (moved, turned, scaled) if is_moved_first else (scaled, turned, moved):
+        placed = step.after(placed)
+    return _moved(pivot, 1.0).after(placed)
+
+
+def _moved(by: tuple[float, ...], factor: float) -> UvTransform:
+    return UvTransform.of((1.0, 1.0), 0.0, (factor * by[0], factor * by[1]))
 
 
 def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureUse | None:
@@ -257,6 +286,12 @@ def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureU
     if source.shader is None:
         return None
     if shader_id(source.shader).startswith("ND_normalmap"):
+        if network.value(source.shader, "space") == "object":
+            network.warn(
+                source.shader,
+                "inputs:space object is not supported; the map counts as one of tangent space. Bake a map of tangent "
+                "space.",
+            )
         source = network.source(source.shader, "in")
     found = _image(network, source, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))

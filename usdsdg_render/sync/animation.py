@@ -7,7 +7,7 @@ from pxr import Sdf, Usd
 from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.geometry import point_velocities
 from usdsdg.stage.geometry.point_velocities import have_velocities
-from usdsdg.stage.time_code import transform_varies
+from usdsdg.stage.time_code import attributes_with_values, transform_varies
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.time_varying import Samples, Splines, has_splines_or_clips
@@ -126,7 +126,7 @@ class Animation:
             kind = kind_of(prim)
             moves = kind == INSTANCER or (kind in (MESH, POINTS, CURVES) and have_velocities(prim))
             velocities = VELOCITIES if moves else ()
-            attributes = prim.GetAuthoredAttributes()
+            attributes = attributes_with_values(prim)
             self._varying_names[path] = [
                 a.GetName() for a in attributes if a.ValueMightBeTimeVarying() or a.GetName() in velocities
             ]

@@ -15,6 +15,7 @@ from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.handles import Handles
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
+from usdsdg_render.geometry.mesh_source import UV_NAMES
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
 from usdsdg_render.lights.stage_lights import StageLights
@@ -274,7 +275,11 @@ class SceneExtractor:
 
 def _uv_names(gprim: Gprim) -> tuple[str, ...]:
     """The UV primvar that the materials read, or that of each where they differ; none where any will do."""
-    materials = gprim.materials or () if gprim.kind == MESH else ()
+    if gprim.kind == SHAPE:
+        return ()
+    materials = gprim.materials or ()
+    if gprim.kind != MESH:  # curves and points have texture coordinates of their own where they have none
+        return tuple(each.uv_primvar or UV_NAMES[0] for each in materials[:1] if each.textures)
     named = tuple(dict.fromkeys(material.uv_primvar for material in materials if material.uv_primvar))
     if not named or all(each.uv_primvar == named[0] or not each.textures for each in materials):
         return named

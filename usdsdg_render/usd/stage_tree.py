@@ -26,7 +26,7 @@ from usdsdg_render.usd.prim_kinds import (
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 from usdsdg_render.usd.world_transforms import WorldTransforms
 
-_MODEL = "GeomModelAPI"
+_MODEL, _LEVELS = "GeomModelAPI", "LODRootAPI"
 
 
 class Node(NamedTuple):
@@ -243,8 +243,8 @@ class StageTree:
                 iterator.PruneChildren()
             elif kind in (prim_kinds.UNSUPPORTED_GPRIM, prim_kinds.UNSUPPORTED_LIGHT) and _is_drawn(node):
                 warn_unsupported(prim)
-            elif kind == prim_kinds.OTHER or (node.schemas and _MODEL in node.schemas):
-                self._note_schemas(prim, path)
+            elif kind == prim_kinds.OTHER or (node.schemas and (_MODEL in node.schemas or _LEVELS in node.schemas)):
+                self._note_schemas(node)
 
     def _index_nodes(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
         """Make the lists and arrays of `nodes`; those at the indices `new` were at `old` before."""
@@ -274,10 +274,16 @@ class StageTree:
         warn_of_visibility(prim, visibility)
         return visibility == UsdGeom.Tokens.invisible
 
-    def _note_schemas(self, prim: Usd.Prim, path: Sdf.Path) -> None:
-        """Note a SkelRoot; warn of a draw mode."""
+    def _note_schemas(self, node: Node) -> None:
+        """Note a SkelRoot; warn of a draw mode and of levels of detail."""
+        prim, path = node.prim, node.path
         if prim.GetTypeName() == "SkelRoot":
             self.skel_roots.add(path)
+        if _LEVELS in node.schemas:
+            errors.warn_once(
+                f"{path}: LODRootAPI is not supported; all of its levels of detail are drawn, in one place. Make all "
+                f"but one of its children invisible, or deactivate them."
+            )
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):

@@ -147,6 +147,29 @@ def test_widths_of_every_interpolation():
     np.testing.assert_allclose(radii * 2, [1, 1.5, 2, 3, 4])
 
 
+@pytest.mark.parametrize(("order", "knots"), [(2, [0, 0, 1, 1.1, 7, 7.2, 9, 9]), (3, [0, 0, 0, 1, 1, 7, 9, 9, 9])])
+def test_nurbs_reach_their_corners_wherever_the_knots_are(order, knots):
+    vertices = ZIGZAG[:6]
+    _, prim = make("NurbsCurves", vertices, order=[order], knots=knots, ranges=[Gf.Vec2d(0, 9)])
+    found, _, _ = only_line(prim)
+    spline = BSpline(np.array(knots, float), vertices, order - 1)
+    corners = spline(np.clip(np.unique(knots), 0, 9 - 1e-12))
+    away = np.linalg.norm(found[:, None] - corners[None], axis=2).min(axis=0)
+    np.testing.assert_allclose(away, 0, atol=1e-6)
+    assert order > 2 or len(found) == 6, "a polygon needs no samples between its vertices"
+
+
+def test_varying_widths_of_nurbs_are_those_at_their_knots():
+    knots = [0, 0, 0, 0, 1, 4, 4, 4, 4]
+    widths = {"widths": [1, 2, 5], "interpolation": "varying"}
+    _, prim = make("NurbsCurves", ZIGZAG[:5], order=[4], knots=knots, ranges=[Gf.Vec2d(0, 4)], **widths)
+    points, radii, _ = only_line(prim, steps=3)
+    at_knots = BSpline(np.array(knots, float), ZIGZAG[:5], 3)([0, 1, 4 - 1e-12])
+    distance = np.linalg.norm(points[:, None] - at_knots[None], axis=2)
+    np.testing.assert_allclose(distance.min(axis=0), 0, atol=1e-5)
+    np.testing.assert_allclose(radii[distance.argmin(axis=0)] * 2, [1, 2, 5], atol=1e-6)
+
+
 # How they are drawn
 
 
@@ -224,6 +247,20 @@ def test_deforming_curves_keep_their_topology():
     assert len(counts) == 1
 
 
+def test_deforming_curves_keep_their_triangles_at_corners():
+    bent = np.array([(0, 0, 0), (1, 0, 0), (1, 0, 1), (2, 0, 1)], float)
+    _, prim = make(vertices=bent, type="linear")
+    points = prim.GetAttribute("points")
+    rng = np.random.default_rng(0)
+    for time in range(6):
+        moved = bent + rng.uniform(-0.2, 0.2, bent.shape) * (time > 0)
+        points.Set(Vt.Vec3fArray.FromNumpy(moved.astype(np.float32)), time)
+    first = tessellate_curves(prim, Usd.TimeCode(0), Skinning())
+    for time in (1, 2.5, 5):
+        surface = tessellate_curves(prim, Usd.TimeCode(time), Skinning())
+        np.testing.assert_array_equal(surface.triangles, first.triangles)
+
+
 def test_bent_tubes_keep_their_thickness():
     angle = np.linspace(0, np.pi, 50)
     arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
@@ -232,6 +269,114 @@ def test_bent_tubes_keep_their_thickness():
     # Pappus: the area of the section times the way of its middle.
     section = 8 * 0.1**2 * np.sin(2 * np.pi / 16)
     assert mesh.volume == pytest.approx(section * np.pi, rel=2e-3)
+
+
+@pytest.mark.parametrize("wrap", ["nonperiodic", "periodic"])
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [(0, 0, 0), (2, 0, 0), (2, 2, 0)],
+        [(0, 0, 0), (2, 0.3, 0), (0, 0.6, 0), (2, 0.9, 0)],
+        [(0, 0, 0), (4, 0, 0), (4, 0.6, 0), (4.6, 0.6, 0)],
+        [(0, 0, 0), (2, 0, 0), (1, 0, 0), (1, 1, 0)],  # turns back
+        [(0, 0, 0), (1, 0, 0), (1, 0, 0), (1, 1, 0)],  # twice the same place
+    ],
+)
+def test_tubes_are_as_thick_along_chords_at_corners(vertices, wrap):
+    """Seen from above, a tube covers what is nearer to its chords than the radius of the circle in its section."""
+    vertices, radius = np.array(vertices, float), 0.1
+    _, prim = make(vertices=vertices, type="linear", wrap=wrap, widths=[2 * radius])
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    chords = list(zip(vertices, np.roll(vertices, -1, axis=0)))[: None if wrap == "periodic" else -1]
+    x, y = np.random.default_rng(0).uniform(vertices.min(0) - 0.2, vertices.max(0) + 0.2, (4000, 3))[:, :2].T
+    places = np.stack([x, y, np.full_like(x, 5.0)], axis=-1)
+    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=False)
+    drawn = mesh.ray.intersects_any(places, np.tile([0.0, 0.0, -1.0], (len(x), 1)))
+    off_chords, off_ends = np.full(len(x), np.inf), np.full(len(x), np.inf)
+    for start, end in chords:
+        along = end[:2] - start[:2]
+        share = (places[:, :2] - start[:2]) @ along / max(along @ along, 1e-12)
+        distance = np.linalg.norm(places[:, :2] - start[:2] - np.clip(share, 0, 1)[:, None] * along, axis=1)
+        off_chords = np.minimum(off_chords, distance)
+        off_ends = np.minimum(off_ends, np.where((share > 0) & (share < 1), distance, np.inf))
+    inside, outside = radius * np.cos(np.pi / 16), radius * 1.001  # sections have 16 sides
+    assert drawn[off_ends < inside * 0.99].all()
+    assert not drawn[off_chords > outside].any()
+    inner = vertices if wrap == "periodic" else vertices[1:-1]
+    at_corners = np.linalg.norm(places[:, None, :2] - inner[None, :, :2], axis=2).min(axis=1)
+    # Facets of the ball, too.
+    assert drawn[(at_corners < inside * np.cos(np.pi / 16) * 0.99)].all()
+
+
+def test_textures_run_evenly_along_tubes_with_corners():
+    _, prim = make(vertices=[(0, 0, 0), (2, 0, 0), (2, 2, 0)], type="linear", widths=[0.2])
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    side = surface.uvs[: -2 * 16].reshape(-1, 2)
+    places = surface.points[surface.triangles[: -2 * 16]].reshape(-1, 3)
+    np.testing.assert_allclose(side[places[:, 0] < 0.1, 1], 0.0)
+    np.testing.assert_allclose(side[places[:, 1] > 1.9, 1], 1.0)
+    np.testing.assert_allclose(side[np.linalg.norm(places - (2, 0, 0), axis=1) < 0.2, 1], 0.5)
+
+
+def painted(prim, interpolation, count, name="displayColor"):
+    """Random colors along the curves of a prim, and the prototype that shows them."""
+    colors = np.random.default_rng(1).uniform(0.1, 0.9, (count, 3)).astype(np.float32)
+    primvar = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, Sdf.ValueTypeNames.Color3fArray, interpolation)
+    primvar.Set(Vt.Vec3fArray.FromNumpy(colors))
+    extractor = SceneExtractor(prim.GetStage())
+    extractor.update()
+    (prototype,) = extractor.scene.prototypes
+    assert prototype.colors is not None
+    return colors, prototype.points[prototype.triangles].reshape(-1, 3), prototype.colors.reshape(-1, 4)[:, :3]
+
+
+@pytest.mark.parametrize(
+    ("kind", "interpolation"),
+    [
+        *((kind, each) for kind in ("linear", "catmullRom", "HermiteCurves") for each in ("vertex", "varying")),
+        ("NurbsCurves", "vertex"),  # varying values belong to knots
+    ],
+)
+def test_colors_run_along_curves(kind, interpolation):
+    """Vertices of straight curves that these pass have their colors; between them colors run evenly."""
+    heights = np.array([0, 1, 2, 3, 4.0])
+    straight = np.concatenate([heights[:, None] * (0, 1, 0) + (x, 0, 0) for x in (0, 5)])
+    common = {"vertices": straight, "counts": [5, 5]}
+    if kind == "HermiteCurves":
+        _, prim = make(kind, tangents=[Gf.Vec3f(0, 1, 0)] * 10, **common)
+    elif kind == "NurbsCurves":
+        _, prim = make(kind, order=[2, 2], knots=[0, 0, 1, 2, 3, 4, 4] * 2, **common)
+    elif kind == "linear":
+        _, prim = make(type="linear", **common)
+    else:
+        _, prim = make(type="cubic", basis=kind, wrap="pinned", **common)
+    colors, at, found = painted(prim, interpolation, 10)
+    for x, own in ((0, colors[:5]), (5, colors[5:])):
+        here = np.abs(at[:, 0] - x) < 1
+        expected = np.stack([np.interp(at[here, 1], heights, own[:, k]) for k in range(3)], axis=-1)
+        np.testing.assert_allclose(found[here], expected, atol=1e-5)
+
+
+def test_vertex_colors_of_b_splines_are_blended_as_their_points_are():
+    vertices = np.arange(6.0)[:, None] * (0, 1, 0)
+    _, prim = make(vertices=vertices, type="cubic", basis="bspline", wrap="nonperiodic")
+    colors, at, found = painted(prim, "vertex", 6)
+    spline = BSpline(np.arange(10.0), colors, 3)
+    for height in (1, 2, 3, 4):  # where segments meet
+        here = np.abs(at[:, 1] - height) < 1e-5
+        assert here.any()
+        np.testing.assert_allclose(found[here], np.broadcast_to(spline(height + 2.0), (here.sum(), 3)), atol=1e-5)
+
+
+def test_colors_of_closed_curves_run_through_their_start():
+    square = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]
+    _, prim = make(vertices=square, type="linear", wrap="periodic")
+    colors, at, found = painted(prim, "varying", 4)
+    on_last = (np.abs(at[:, 0]) < 0.2) & (at[:, 1] > 0.2) & (at[:, 1] < 3.8)
+    assert not on_last.any(), "there are corners only"
+    for corner, color in zip(square, colors):
+        here = np.linalg.norm(at - corner, axis=1) < 0.3
+        np.testing.assert_allclose(found[here], np.broadcast_to(color, (here.sum(), 3)), atol=1e-5)
 
 
 def test_points_are_spheres_of_their_widths():
@@ -279,6 +424,7 @@ def test_they_come_into_the_scene_like_every_gprim():
     ("changes", "said"),
     [
         ({"counts": [99]}, "sum to 99"),
+        ({"counts": [4], "type": "linear"}, "the last 3 points belong to no curve .* sum to 4"),
         ({"vertices": ZIGZAG[:3], "type": "cubic"}, "need 4 or more"),
         ({"vertices": ZIGZAG[:1], "type": "linear"}, "curves of 1 vertex are not drawn"),
         ({"widths": None}, "no widths"),

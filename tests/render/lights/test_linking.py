@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from tests.render import scenes
 from tests.render.images import radiance
@@ -169,6 +169,26 @@ def test_without_the_root_only_included_prims_cast_shadows():
     assert links.casting is not None
     assert links.casting.tolist() == [False, True]
     assert links.lit is None
+
+
+@pytest.mark.parametrize("expression", ["", "/World/A//", "//Cube"])
+@pytest.mark.parametrize("includes", [[], ["/World/A"], ["/World/A/Cube"], ["/World/B", "/World/A/Cube"]])
+@pytest.mark.parametrize("root", [True, False])
+@pytest.mark.parametrize("rule", ["expandPrims", "explicitOnly"])
+@pytest.mark.parametrize("mode", ["automatic", "relationship", "expression"])
+def test_links_have_the_members_that_usd_gives_a_collection(mode, rule, root, includes, expression):
+    stage, light = stage_of_two()
+    collection = UsdLux.LightAPI(light).GetLightLinkCollectionAPI()
+    collection.CreateModeAttr(mode)
+    collection.CreateExpansionRuleAttr(rule)
+    collection.CreateIncludeRootAttr(root)
+    collection.CreateIncludesRel().SetTargets(includes)
+    if expression:
+        collection.CreateMembershipExpressionAttr(Sdf.PathExpression(expression))
+    members = Usd.CollectionAPI.ComputeIncludedPaths(collection.ComputeMembershipQuery(), stage)
+    links = read_links(light.GetPrim(), PATHS)
+    lit = [True, True] if links is None or links.lit is None else links.lit.tolist()
+    assert lit == [Sdf.Path(path) in members for path in PATHS]
 
 
 def test_shadow_inputs_are_read():

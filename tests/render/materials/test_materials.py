@@ -1023,6 +1023,81 @@ def test_open_pbr_images_and_their_channels(tmp_path):
     assert looks.read().uv_primvar == "UVMap"
 
 
+def place2d_by_numpy(uv, *, pivot=(0, 0), scale=(1, 1), rotate=0.0, offset=(0, 0), operationorder=0):
+    """The steps of MaterialX's node graph for place2d, and its rotate2d."""
+
+    def turned(x, y):
+        sine, cosine = np.sin(np.radians(rotate)), np.cos(np.radians(rotate))
+        return np.array([cosine * x + sine * y, -sine * x + cosine * y])
+
+    about = np.array(uv) - pivot
+    if operationorder:
+        return turned(*(about - offset)) / scale + pivot
+    return turned(*(about / scale)) - offset + pivot
+
+
+@pytest.mark.parametrize(
+    "chain",
+    [
+        [{"scale": (0.5, 0.25)}],
+        [{"rotate": 90.0, "pivot": (0.5, 0.5)}],
+        [{"rotate": 30.0, "scale": (2, 3), "offset": (0.1, 0.4), "pivot": (0.2, 0.7)}],
+        [{"rotate": 30.0, "scale": (2, 3), "offset": (0.1, 0.4), "pivot": (0.2, 0.7), "operationorder": 1}],
+        [{"rotate": -20.0, "offset": (0.3, 0)}, {"scale": (2, 1), "offset": (0.5, 0.25)}],
+    ],
+)
+def test_place2d_moves_images_as_material_x_does(chain, tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_tiledimage_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    image.CreateInput("uvtiling", T.Float2).Set(Gf.Vec2f(2, 3))
+    looks.connect("base_color", image, "out")
+    node = image
+    for k, values in enumerate(reversed(chain)):
+        place = looks.shader(f"/Looks/M/Place{k}", "ND_place2d_vector2")
+        node.CreateInput("texcoord", T.Float2).ConnectToSource(place.ConnectableAPI(), "out")
+        for name, value in values.items():
+            kind = {"rotate": T.Float, "operationorder": T.Int}.get(name, T.Float2)
+            place.CreateInput(name, kind).Set(Gf.Vec2f(*value) if kind == T.Float2 else value)
+        node = place
+    where = looks.shader("/Looks/M/Where", "ND_geompropvalue_vector2")
+    where.CreateInput("geomprop", T.String).Set("UVMap")
+    node.CreateInput("texcoord", T.Float2).ConnectToSource(where.ConnectableAPI(), "out")
+    row, textures = looks.row()
+    transform = textures[row["base_color_texture"]].transform
+    for uv in ((0, 0), (1, 0), (0.3, 0.9)):
+        expected = uv
+        for values in chain:
+            expected = place2d_by_numpy(expected, **values)
+        np.testing.assert_allclose(np.array(transform) @ (*uv, 1), np.array(expected) * (2, 3), atol=1e-6)
+    assert looks.read().uv_primvar == "UVMap"
+
+
+def test_place2d_that_is_computed_is_named(tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    looks.connect("base_color", image, "out")
+    place = looks.shader("/Looks/M/Place", "ND_place2d_vector2")
+    image.CreateInput("texcoord", T.Float2).ConnectToSource(place.ConnectableAPI(), "out")
+    wave = looks.shader("/Looks/M/Wave", "ND_sin_float")
+    place.CreateInput("rotate", T.Float).ConnectToSource(wave.ConnectableAPI(), "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Place: inputs:rotate may only be a constant"):
+        looks.row()
+
+
+def test_normal_maps_of_object_space_are_named(tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_vector3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (128, 128, 255))))
+    bump = looks.shader("/Looks/M/Bump", "ND_normalmap")
+    bump.CreateInput("in", T.Float3).ConnectToSource(image.ConnectableAPI(), "out")
+    bump.CreateInput("space", T.String).Set("object")
+    looks.connect("normal", bump, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Bump: inputs:space object is not supported"):
+        looks.row()
+
+
 def test_other_material_x_nodes_are_named():
     looks = material_x("standard_surface")
     looks.connect("base_color", looks.shader("/Looks/M/Noise", "ND_noise2d_color3"), "out")

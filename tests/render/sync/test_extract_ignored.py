@@ -101,3 +101,14 @@ def test_draw_modes_are_told_of_all_prims(kind):
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match="/Model: draw mode cards is not supported.* Set model:drawMode to default"):
         extract(stage)
+
+
+def test_levels_of_detail_are_told():
+    stage = Usd.Stage.CreateInMemory()
+    root = stage.DefinePrim("/Tree", "Xform")
+    root.AddAppliedSchema("LODRootAPI")
+    for name in ("Near", "Far"):
+        UsdGeom.Sphere.Define(stage, f"/Tree/{name}")
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="/Tree: LODRootAPI is not supported; all of its levels of detail are drawn"):
+        extract(stage)

@@ -255,6 +255,74 @@ def test_meshes_of_one_asset_have_the_texture_coordinates_of_the_prims_above(tmp
 
 @pytest.mark.parametrize("is_indexed", [False, True])
 @pytest.mark.parametrize(
+    ("kind", "interpolation"),
+    [("BasisCurves", "uniform"), ("BasisCurves", "constant"), ("Points", "vertex"), ("Points", "varying")],
+)
+def test_curves_and_points_have_one_place_of_a_picture_each(kind, interpolation, is_indexed, tmp_path):
+    """As roots of hair on a skin; pxr's flattened primvar says which."""
+    stage, count = make_stage(), 3
+    prim = stage.DefinePrim("/Fur", kind)
+    heights = (0, 1) if kind == "BasisCurves" else (0,)
+    prim.GetAttribute("points").Set([Gf.Vec3f(k, y, 0) for k in range(count) for y in heights])
+    if kind == "BasisCurves":
+        prim.GetAttribute("curveVertexCounts").Set([2] * count)
+        prim.GetAttribute("type").Set("linear")
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar("widths", Sdf.ValueTypeNames.FloatArray, "constant").Set([0.1])
+    bind(prim, add_textured_material(stage, tmp_path / "a.png"))
+    st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, interpolation)
+    values = [(0.25, 0.5), (0.75, 0.125), (0.5, 1.0)]
+    st.Set([Gf.Vec2f(*uv) for uv in values[: 1 if interpolation == "constant" else None]])
+    if is_indexed:
+        st.SetIndices([0] if interpolation == "constant" else [2, 0, 0])
+    (prototype,) = extract(stage).prototypes
+    flattened = np.array(st.ComputeFlattened())
+    wanted = flattened[prototype.triangle_faces if len(flattened) > 1 else np.zeros_like(prototype.triangle_faces)]
+    np.testing.assert_array_equal(prototype.uvs, np.repeat(wanted[:, None], 3, axis=1))
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "varying"])
+def test_texture_coordinates_run_along_curves(interpolation, tmp_path):
+    """As those of leaves and ropes."""
+    stage = make_stage()
+    prim = stage.DefinePrim("/Rope", "BasisCurves")
+    prim.GetAttribute("points").Set([Gf.Vec3f(0, k, 0) for k in range(3)])
+    prim.GetAttribute("curveVertexCounts").Set([3])
+    prim.GetAttribute("type").Set("linear")
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar("widths", Sdf.ValueTypeNames.FloatArray, "constant").Set([0.1])
+    bind(prim, add_textured_material(stage, tmp_path / "a.png"))
+    st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, interpolation)
+    st.Set([Gf.Vec2f(0.25, 0), Gf.Vec2f(0.25, 0.75), Gf.Vec2f(0.75, 0.5)])
+    (prototype,) = extract(stage).prototypes
+    heights = prototype.points[prototype.triangles][..., 1]
+    for k, own in enumerate(([0.25, 0.25, 0.75], [0, 0.75, 0.5])):
+        np.testing.assert_allclose(prototype.uvs[..., k], np.interp(heights, [0, 1, 2], own), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "interpolation", "said"),
+    [
+        ("BasisCurves", "faceVarying", r"for each curve \(uniform\) or vertex"),
+        ("BasisCurves", "vertex", r"for each curve \(uniform\) or vertex"),
+        ("Points", "uniform", r"for each point \(vertex\)"),
+    ],
+)
+def test_texture_coordinates_that_do_not_fit_curves_and_points_are_named(kind, interpolation, said, tmp_path):
+    stage = make_stage()
+    prim = stage.DefinePrim("/Fur", kind)
+    prim.GetAttribute("points").Set([Gf.Vec3f(0, k, 0) for k in range(3)])
+    if kind == "BasisCurves":
+        prim.GetAttribute("curveVertexCounts").Set([3])
+        prim.GetAttribute("type").Set("linear")
+    bind(prim, add_textured_material(stage, tmp_path / "a.png"))
+    st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, interpolation)
+    st.Set([Gf.Vec2f(0, 0), Gf.Vec2f(0, 1)])
+    with pytest.warns(UserWarning, match=f"/Fur: its {interpolation} texture coordinates, 2 values, .*{said}"):
+        (prototype,) = extract(stage).prototypes
+    assert np.ptp(prototype.uvs) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("is_indexed", [False, True])
+@pytest.mark.parametrize(
     ("interpolation", "count", "wanted", "remedy"),
     [
         ("vertex", 7, 3, "Author one value for each element"),

@@ -60,6 +60,57 @@ def test_value_clips_that_are_not_open_yet_are_read(tmp_path, template, later):
     assert template or found[1] == [1, 0, 0]
 
 
+CLIP_OF_SIZES = """#usda 1.0
+def Xform "M"
+{
+    def Cube "A"
+    {
+        double size.timeSamples = {0: 2, 24: 4}
+        token visibility.timeSamples = {0: "inherited", 20: "invisible"}
+    }
+    def Mesh "B"
+    {
+        point3f[] points.timeSamples = {
+            0: [(0, 0, 0), (1, 0, 0), (0, 1, 0)],
+            24: [(0, 0, 0), (1, 0, 0), (0, 7, 0)],
+        }
+    }
+}
+"""
+
+
+def test_value_clips_give_values_to_what_no_layer_authors(tmp_path):
+    clips = clips_of(tmp_path, template=False)
+    (tmp_path / "clip.001.usda").write_text(CLIP_OF_SIZES)
+    asset = Usd.Stage.CreateNew(str(tmp_path / "asset.usda"))
+    model = UsdGeom.Xform.Define(asset, "/Model").GetPrim()
+    UsdGeom.Cube.Define(asset, "/Model/A")
+    mesh = UsdGeom.Mesh.Define(asset, "/Model/B")
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    model.SetMetadata("clips", clips)
+    asset.Save()
+    stage = make_stage()
+    for name, offset in (("/M", 0), ("/N", 6)):
+        user = stage.DefinePrim(name, "Xform")
+        user.GetReferences().AddReference(asset.GetRootLayer().identifier, "/Model", Sdf.LayerOffset(offset))
+    extractor = SceneExtractor(stage)
+    for code in (0, 18, 12, 24, 6):
+        scene = at(extractor, code)
+        found = {
+            path: float(np.ptp(scene.prototypes[k].points[:, 1]))
+            for path, k in zip(scene.instances.paths, scene.instances.prototype)
+        }
+        expected = {}
+        for user in ("/M", "/N"):
+            cube = UsdGeom.Cube(stage.GetPrimAtPath(f"{user}/A"))
+            if cube.ComputeVisibility(code) != UsdGeom.Tokens.invisible:
+                expected[f"{user}/A"] = cube.GetSizeAttr().Get(code)
+            points = UsdGeom.Mesh(stage.GetPrimAtPath(f"{user}/B")).GetPointsAttr().Get(code)
+            expected[f"{user}/B"] = float(np.ptp(np.array(points)[:, 1]))
+        assert found == pytest.approx(expected), code
+
+
 def test_splines_move_what_is_drawn_and_size_it():
     stage = make_stage()
     ball = UsdGeom.Sphere.Define(stage, "/Ball")

@@ -18,7 +18,8 @@ _TO_BEZIER = {
 def along_curves(prim: Usd.Prim, time: Usd.TimeCode, values: np.ndarray) -> np.ndarray:
     """Return values (N, D) along curves, interpolated as positions are, of those at their vertices (V, D).
 
-    Those of curves that are linear, of NURBS and of what cannot be drawn are the values at the vertices.
+    Beside the position, values of Hermite curves are interpolated linearly, as they are drawn. Those of curves that are
+    linear, of NURBS and of what cannot be drawn are the values at the vertices.
     """
     counts = np.maximum(np.asarray(UsdGeom.Curves(prim).GetCurveVertexCountsAttr().Get(time) or (), np.int64), 0)
     if not len(counts) or counts.sum() > len(values):
@@ -48,12 +49,11 @@ def _basis_and_wrap(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[str, str]:
 
 
 def _tangents(prim: Usd.Prim, time: Usd.TimeCode, values: np.ndarray) -> np.ndarray | None:
-    """Return the tangents of Hermite curves, with none for values beside the position."""
+    """Return the tangents (V, 3) of Hermite curves."""
     tangents = UsdGeom.HermiteCurves(prim).GetTangentsAttr().Get(time) if prim.IsA(UsdGeom.HermiteCurves) else None
     if tangents is None or len(tangents) < len(values):
         return None
-    rows = np.asarray(tangents, np.float64)[: len(values)]
-    return np.concatenate([rows, np.zeros((len(rows), values.shape[1] - 3))], axis=1)
+    return np.asarray(tangents, np.float64)[: len(values)]
 
 
 def _segments(values: np.ndarray, basis: str, wrap: str) -> np.ndarray:
@@ -72,7 +72,10 @@ def _segments(values: np.ndarray, basis: str, wrap: str) -> np.ndarray:
 def _hermite(values: np.ndarray, tangents: np.ndarray) -> np.ndarray:
     """Return Bezier control points (S, 4, D) of Hermite curves (C, V, D)."""
     before, after = values[:, :-1], values[:, 1:]
-    inner = before + tangents[:, :-1] / 3, after - tangents[:, 1:] / 3
+    along = [after - before, after - before]
+    for each, ends in zip(along, (tangents[:, :-1], tangents[:, 1:])):
+        each[..., :3] = ends
+    inner = before + along[0] / 3, after - along[1] / 3
     return np.stack([before, *inner, after], axis=2).reshape(-1, 4, values.shape[2])
 
 

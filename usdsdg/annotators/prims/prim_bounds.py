@@ -16,6 +16,7 @@ from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.geometry.point_velocities import VELOCITIES, have_velocities
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
+from usdsdg.stage.time_code import attributes_with_values
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {*MESH_ATTRIBUTES, *VELOCITIES, "extent", "radius", "height", "axis", "size", "width", "length"}
@@ -155,7 +156,7 @@ class PrimBounds:
     def _note_whether_static(self, prim: Usd.Prim) -> bool:
         varies = any(
             attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
-            for attribute in prim.GetAuthoredAttributes()
+            for attribute in attributes_with_values(prim)
         )
         is_static = not (varies or have_velocities(prim) or self._skinning.is_skinned(prim))
         (self._static.add if is_static else self._static.discard)(prim.GetPath())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,23 +16,22 @@ _KINDS = {
     "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d",
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-_OLD_COLORS = re.compile(rb"^(property +\w+ +)diffuse_(red|green|blue|alpha)\b", re.MULTILINE)
 _BINARY = "format binary_little_endian 1.0"
 _PICTURE = "texnumber"  # of a face, among the pictures of the file
-_CORNERS = ("vertex_indices", "vertex_index")
+CORNERS = ("vertex_indices", "vertex_index")
 
 
-class _Property(NamedTuple):
+class Property(NamedTuple):
     name: str
     kind: str  # as `struct` calls it
     count_kind: str = ""  # of a list
 
 
 @dataclass
-class _Element:
+class Element:
     name: str
     count: int
-    properties: list[_Property]
+    properties: list[Property]
 
     @property
     def is_fixed(self) -> bool:
@@ -46,17 +44,12 @@ class _Element:
 
 
 def prepared(content: bytes) -> bytes:
-    """Return a PLY file with triangles alone; the file itself where it has these already, or cannot be understood.
-
-    The older names of colors, such as `diffuse_red`, become the present ones.
-    """
+    """Return a PLY file with triangles alone; the file itself where it has these already, or cannot be understood."""
     head, mark, body = content.partition(b"end_header")
-    head = _OLD_COLORS.sub(rb"\1\2", head)
-    content = head + mark + body
     body = body.partition(b"\n")[2]
     lines = head.decode("ascii", "replace").splitlines()
     try:
-        order, elements = _header(lines)
+        order, elements = header(lines)
         if not mark or all(each.name != "face" for each in elements):
             return content
         return _cut(lines, order, elements, body) or content
@@ -76,14 +69,14 @@ def by_picture(content: bytes) -> list[bytes]:
         return [content]
     body = body.partition(b"\n")[2]
     try:
-        order, elements = _header(lines)
+        order, elements = header(lines)
         faces = next(each for each in elements if each.name == "face")
         before = elements[: elements.index(faces)]
         if not all(each.is_fixed for each in before) or all(each.name != _PICTURE for each in faces.properties):
             return [content]
-        start = sum(each.count * _width(each, order) for each in before)
+        start = sum(each.count * row_width(each, order) for each in before)
         text = body.decode("ascii").split() if not order else []
-        rows, end = _rows(faces, order, body, text, start)
+        rows, end = rows_of(faces, order, body, text, start)
         if not order:  # of which trimesh does not read a single face with two lists
             body, order, lines = (
                 _binary(before, text),
@@ -99,11 +92,11 @@ def by_picture(content: bytes) -> list[bytes]:
     for picture in sorted(set(shown)):
         head = [line for number, line in enumerate(lines) if number not in pictures or number == pictures[picture]]
         chosen = [row for row, number in zip(rows, shown) if number == picture]
-        parts.append(_with_faces(head, order, before, faces, chosen, body, (start, end)))
+        parts.append(with_rows(head, order, before, faces, chosen, body, (start, end)))
     return parts
 
 
-def _binary(elements: list[_Element], text: list[str]) -> bytes:
+def _binary(elements: list[Element], text: list[str]) -> bytes:
     """Return the rows of elements without lists, which are the first words of a text, in little endian."""
     packed, at = [], 0
     for each in elements:
@@ -122,33 +115,33 @@ def _end_of(lines: list[str], element: str) -> int:
     return next(others, len(lines))
 
 
-def _header(lines: list[str]) -> tuple[str, list[_Element]]:
+def header(lines: list[str]) -> tuple[str, list[Element]]:
     order, elements = "", []
     for words in map(str.split, lines):
         if words[:1] == ["format"]:
             order = _ORDERS[words[1]]
         elif words[:1] == ["element"]:
-            elements.append(_Element(words[1], int(words[2]), []))
+            elements.append(Element(words[1], int(words[2]), []))
         elif words[:2] == ["property", "list"]:
-            elements[-1].properties.append(_Property(words[4], _KINDS[words[3]], _KINDS[words[2]]))
+            elements[-1].properties.append(Property(words[4], _KINDS[words[3]], _KINDS[words[2]]))
         elif words[:1] == ["property"]:
-            elements[-1].properties.append(_Property(words[2], _KINDS[words[1]]))
+            elements[-1].properties.append(Property(words[2], _KINDS[words[1]]))
     return order, elements
 
 
-def _cut(lines: list[str], order: str, elements: list[_Element], body: bytes) -> bytes | None:
+def _cut(lines: list[str], order: str, elements: list[Element], body: bytes) -> bytes | None:
     """Return the file with its polygons cut; None where nothing is to be cut."""
     names = [each.name for each in elements]
     faces = elements[names.index("face")]
     before = elements[: names.index("face")]
-    corners = next(each.name for each in faces.properties if each.name in _CORNERS and each.count_kind)
+    corners = next(each.name for each in faces.properties if each.name in CORNERS and each.count_kind)
     if not all(each.is_fixed for each in before):
         return None
-    start = sum(each.count * _width(each, order) for each in before)
+    start = sum(each.count * row_width(each, order) for each in before)
     if order and _are_triangles(faces, order, body, start):
         return None
     text = body.decode("ascii").split() if not order else []
-    rows, end = _rows(faces, order, body, text, start)
+    rows, end = rows_of(faces, order, body, text, start)
     polygons = [[int(each) for each in row[corners]] for row in rows]
     if all(len(each) == 3 for each in polygons):
         return None
@@ -161,14 +154,14 @@ def _cut(lines: list[str], order: str, elements: list[_Element], body: bytes) ->
     for number, (row, polygon) in enumerate(zip(rows, polygons)):
         triangles = concave[number] if number in concave else [(0, k, k + 1) for k in range(1, len(polygon) - 1)]
         cut += [_corner_values(row, len(polygon), list(map(int, triangle))) for triangle in triangles]
-    return _with_faces(lines, order, before, faces, cut, body, (start, end))
+    return with_rows(lines, order, before, faces, cut, body, (start, end))
 
 
-def _with_faces(
+def with_rows(
     lines: list[str],
     order: str,
-    before: list[_Element],
-    faces: _Element,
+    before: list[Element],
+    faces: Element,
     rows: list[dict[str, list[float]]],
     body: bytes,
     span: tuple[int, int],
@@ -177,7 +170,8 @@ def _with_faces(
 
     lines: of its head. before: the elements before the faces, which are at `span` of the body.
     """
-    head = [f"element face {len(rows)}" if line.split()[:2] == ["element", "face"] else line for line in lines]
+    counted = ["element", faces.name]
+    head = [f"element {faces.name} {len(rows)}" if line.split()[:2] == counted else line for line in lines]
     written = "\n".join([*head, "end_header", ""]).encode()
     if not order:
         kept, first = body.decode("ascii").splitlines(), sum(each.count for each in before)
@@ -186,12 +180,12 @@ def _with_faces(
     return written + body[: span[0]] + b"".join(_packed(faces, order, row) for row in rows) + body[span[1] :]
 
 
-def _width(element: _Element, order: str) -> int:
+def row_width(element: Element, order: str) -> int:
     """Bytes of a row without lists; in a text its words."""
     return struct.calcsize(order + element.row) if order else len(element.properties)
 
 
-def _are_triangles(faces: _Element, order: str, body: bytes, start: int) -> bool:
+def _are_triangles(faces: Element, order: str, body: bytes, start: int) -> bool:
     """Whether a binary file has triangles alone, without a look at each row; False where that cannot be said so."""
     lists = [each for each in faces.properties if each.count_kind]
     if len(lists) != 1:
@@ -208,11 +202,11 @@ def _are_triangles(faces: _Element, order: str, body: bytes, start: int) -> bool
     return bool((np.frombuffer(body, row, faces.count, start)["corners"] == 3).all())
 
 
-def _points(before: list[_Element], order: str, body: bytes, text: list[str]) -> np.ndarray:
+def _points(before: list[Element], order: str, body: bytes, text: list[str]) -> np.ndarray:
     """Return the points (V, 3)."""
     start = 0
     for element in before:
-        width = _width(element, order)
+        width = row_width(element, order)
         if element.name == "vertex":
             axes = [[each.name for each in element.properties].index(axis) for axis in "xyz"]
             if not order:
@@ -225,8 +219,8 @@ def _points(before: list[_Element], order: str, body: bytes, text: list[str]) ->
     raise KeyError("vertex")
 
 
-def _rows(
-    faces: _Element, order: str, body: bytes, text: list[str], start: int
+def rows_of(
+    faces: Element, order: str, body: bytes, text: list[str], start: int
 ) -> tuple[list[dict[str, list[float]]], int]:
     """Return the values of each face by property, one or a list, and where they end."""
     rows, at = [], start
@@ -260,7 +254,7 @@ def _corner_values(row: dict[str, list[float]], corners: int, triangle: list[int
     return found
 
 
-def _packed(faces: _Element, order: str, row: dict[str, list[float]]) -> bytes:
+def _packed(faces: Element, order: str, row: dict[str, list[float]]) -> bytes:
     parts = []
     for each in faces.properties:
         values = row[each.name] if each.kind in "fd" else list(map(int, row[each.name]))
@@ -269,7 +263,7 @@ def _packed(faces: _Element, order: str, row: dict[str, list[float]]) -> bytes:
     return b"".join(parts)
 
 
-def _words(faces: _Element, row: dict[str, list[float]]) -> Iterator[str]:
+def _words(faces: Element, row: dict[str, list[float]]) -> Iterator[str]:
     for each in faces.properties:
         values = row[each.name]
         if each.count_kind:

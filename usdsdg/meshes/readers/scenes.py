@@ -16,7 +16,7 @@ from PIL import Image
 from usdsdg.errors import AssetUnreadable, Unsupported
 from usdsdg.image_files.unreadable import UNREADABLE, why_unreadable
 from usdsdg.meshes.model import Material, MeshFile, Part, Texture
-from usdsdg.meshes.readers import collada, gltf, obj, ply, polygons
+from usdsdg.meshes.readers import collada, gltf, obj, ply, ply_colors, ply_strips, polygons
 from usdsdg.meshes.readers.gltf_looks import Look
 from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.colors import srgb_to_linear
@@ -47,7 +47,7 @@ def read(file: Path) -> MeshFile:
         elif form == "off":
             content = polygons.prepared_off(content)
         elif form == "ply":
-            content = ply.prepared(content)
+            content = ply.prepared(ply_strips.prepared(ply_colors.prepared(content)))
         elif form == "dae":
             content, notes = collada.prepared(content)
     materials = _Materials(looks, resolver)
