@@ -1,5 +1,6 @@
 """`usdsdg verify --render`: faults above the record, which files and record agree about, are found."""
 
+import dataclasses
 import json
 import shutil
 
@@ -20,7 +21,8 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg.verify import verify
+from usdsdg.verify import redraw, verify
+from usdsdg.verify.recorded_assets import RecordedAssets
 
 
 @pytest.fixture(autouse=True)
@@ -175,3 +177,38 @@ def test_labels_of_a_type_in_upper_case_are_those_of_the_stage(stage, tmp_path, 
     (table,) = json.loads((tmp_path / ".usdsdg/classes.json").read_text())["tables"]
     assert [each["labels"] for each in table["classes"]] == [{"Material": "steel"}]
     assert [str(each) for each in verify(tmp_path, render=1).faults] == []
+
+
+def share(frame: int) -> None:
+    """Put an instance before the things, and edit what instances share in later frames."""
+    stage = current_stage()
+    if frame == 0:
+        cup = UsdGeom.Cube.Define(stage, "/Asset/Cup")
+        cup.CreateSizeAttr(0.4)
+        add_labels(cup.GetPrim(), {"class": ["cup"]})
+        copy = stage.DefinePrim("/World/Copy", "Xform")
+        copy.GetReferences().AddInternalReference("/Asset")
+        copy.SetInstanceable(True)
+        UsdGeom.Xformable(copy).AddTranslateOp().Set((0, -1, 1))
+        return
+    stage.GetPrimAtPath("/Asset/Cup").GetAttribute("size").Set(0.4 + 0.1 * frame)
+
+
+def test_what_instances_share_is_recorded_where_it_stands(tmp_path):
+    """Records had overs of the instances' prototype too, with which USD crashed when it opened the stage."""
+    folder = datasets.make(tmp_path, ("basic_ids",), frames=3, edit=share) / "basic_ids"
+    edits = [record.edits.decode() for record in Folder(folder).records]
+    assert "Cup" in edits[1]
+    assert not any("__Prototype" in each for each in edits)
+    report = verify(folder, render=3)
+    assert (report.faults, report.notes, report.rendered) == ([], [], 3)
+
+
+def test_records_with_edits_of_prototypes_are_rendered_again_without_these(clean, tmp_path):
+    data = Folder(clean / "basic_ids")
+    edits = b'#usda 1.0\nover "__Prototype_1"\n{\n    over "Cup"\n    {\n        double size = 3\n    }\n}\n'
+    record = dataclasses.replace(data.records[0], edits=edits)
+    stage = redraw._stage(data, record, tmp_path, RecordedAssets(data.path))
+    names = [prim.name for layer in stage.GetLayerStack() for prim in layer.rootPrims]
+    assert "World" in names
+    assert not any(name.startswith("__Prototype") for name in names)

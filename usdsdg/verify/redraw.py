@@ -89,6 +89,7 @@ def _stage(data: Folder, record: FrameRecord, folder: Path, recorded: RecordedAs
     """Open the stage of a record, with its edits in a stronger layer."""
     edits = folder / "edits.usda"
     edits.write_bytes(recorded.here(record.edits, "edits.usda") or b"#usda 1.0\n")
+    _leave_out_prototypes(edits)
     top = Sdf.Layer.CreateNew(str(folder / "frame.usda"))
     below = folder / "stage.usda"
     content = gzip.decompress((data.path / record.stage["file"]).read_bytes())
@@ -100,6 +101,16 @@ def _stage(data: Folder, record: FrameRecord, folder: Path, recorded: RecordedAs
             top.pseudoRoot.SetInfo(name, base.pseudoRoot.GetInfo(name))
     top.Save()
     return stage_context.open_stage(folder / "frame.usda")
+
+
+def _leave_out_prototypes(edits: Path) -> None:
+    """Leave out edits of prims in prototypes of instances, as older records have them: with them USD would crash."""
+    layer = Sdf.Layer.FindOrOpen(str(edits))
+    roots = [prim for prim in layer.rootPrims if Usd.Prim.IsPathInPrototype(prim.path)]
+    for prim in roots:
+        del layer.rootPrims[prim.name]
+    if roots:
+        layer.Save()
 
 
 def _product(record: FrameRecord, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes, is_below
+from usdsdg.stage.instances import places_of
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.sync.plain_colors import PlainColor
 from usdsdg_render.usd import prim_kinds
@@ -97,7 +98,7 @@ class DirtySetBuilder:
         dirty.plain_inputs, dirty.plain_colors = handles.get(PlainInput, []), handles.get(PlainColor, [])
         dirty.transform_nodes = [node for node in handles.get(int, ()) if node != UNREAD]
         for root in changes.resynced:
-            dirty.resynced.update(map(self._owner, self._instances_of(root)))
+            dirty.resynced.update(map(self._owner, places_of(self._stage, root)))
         if dirty.resynced:
             self._add_resynced()
         if ROOT in changes.changed:  # up axis, units
@@ -110,7 +111,7 @@ class DirtySetBuilder:
                 if ignored == names:
                     continue
             if self._has_prototypes:
-                paths = [instance for path in paths for instance in self._instances_of(path)]
+                paths = [place for path in paths for place in places_of(self._stage, path)]
             by_kind: dict[int, list[Sdf.Path]] = {}
             for path in paths:
                 by_kind.setdefault(self._tree.kind_at(path), []).append(path)
@@ -118,16 +119,6 @@ class DirtySetBuilder:
                 for part in _stale_parts(kind, names):
                     self._add_part(part, some, names)
         return dirty
-
-    def _instances_of(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
-        """The path, and the instance proxies of it if it lies in a scene-graph prototype."""
-        yield path
-        if not Usd.Prim.IsPathInPrototype(path):
-            return
-        top = path.GetPrefixes()[0]
-        prototype = self._stage.GetPrimAtPath(top)
-        for instance in prototype.GetInstances() if prototype else ():
-            yield from self._instances_of(path.ReplacePrefix(top, instance.GetPath()))
 
     def _owner(self, path: Sdf.Path) -> Sdf.Path:
         """The mesh of a prim below it, such as a subset, which is read with its mesh; else the path itself."""

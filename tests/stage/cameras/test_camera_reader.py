@@ -144,3 +144,25 @@ def test_what_a_product_shows_is_read_where_it_changes(stage):
             assert (seen.prim_path, seen.width, seen.height) == (fresh.prim_path, *size), edit.__name__
             assert seen.focal_length == fresh.focal_length, edit.__name__
             np.testing.assert_array_equal(seen.local_to_world, fresh.local_to_world)
+
+
+@pytest.mark.parametrize("attribute", ["focalLength", "xformOp:translate"])
+@pytest.mark.parametrize("depth", [1, 2])
+def test_a_camera_in_an_instance_is_read_where_its_asset_is_edited(stage, attribute, depth):
+    """Notices name the camera of the asset and the one in the instances' prototype, not the instance's own."""
+    source, path = "/Rig", "/Eye"
+    for level in range(depth):
+        instance = stage.DefinePrim(f"/Level_{level}/Copy", "Xform")
+        instance.GetReferences().AddInternalReference(source)
+        instance.SetInstanceable(True)
+        source, path = f"/Level_{level}", f"/Copy{path}"
+    path = f"{source}{path}"
+    UsdGeom.Camera(stage.GetPrimAtPath("/Rig/Eye")).AddTranslateOp().Set((0, 0, 0))
+    reader = CameraReader(stage)
+    before = reader.read(path, SIZE, time=NOW)
+    stage.GetPrimAtPath("/Rig/Eye").GetAttribute(attribute).Set(30.0 if attribute == "focalLength" else (0, 0, 7))
+    view, fresh = reader.read(path, SIZE, time=NOW), read_camera(stage, path, SIZE)
+    assert view is not before
+    assert view.focal_length == fresh.focal_length
+    np.testing.assert_array_equal(view.local_to_world, fresh.local_to_world)
+    assert reader.read(path, SIZE, time=NOW) is view

@@ -7,6 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.bop.bop_models import model_of
+from usdsdg_render.renderer import WarpRenderer
 
 
 def cube(stage: Usd.Stage, path: str, x: float) -> Usd.Prim:
@@ -42,6 +43,45 @@ def test_a_part_is_of_the_whole_unless_its_labels_pass_the_filter(car, predicate
 def test_parts_that_are_not_drawn_for_their_purpose_are_left_out(car, purpose):
     UsdGeom.Imageable(cube(car, "/Car/Part", 5.0)).CreatePurposeAttr(purpose)
     assert reach(car) == (-0.5, 5.5 if purpose == "render" else 0.5)
+
+
+@pytest.mark.parametrize(
+    ("of_points", "of_library", "of_wheel", "end"),
+    [
+        ("", "", "", 5.5),
+        ("guide", "", "", 0.5),
+        ("proxy", "", "render", 0.5),
+        ("", "guide", "", 5.5),  # the purpose of what a prototype is in says nothing about what draws it
+        ("render", "proxy", "", 5.5),
+        ("", "", "guide", 0.5),
+    ],
+)
+def test_points_are_in_a_model_where_pictures_show_them(car, of_points, of_library, of_wheel, end):
+    UsdGeom.Scope.Define(car, "/Library")
+    cube(car, "/Library/Wheel", 0.0)
+    points = UsdGeom.PointInstancer.Define(car, "/Car/Points")
+    points.CreatePrototypesRel().SetTargets(["/Library/Wheel"])
+    points.CreatePositionsAttr([(5, 0, 0)])
+    points.CreateProtoIndicesAttr([0])
+    for path, purpose in (("/Car/Points", of_points), ("/Library", of_library), ("/Library/Wheel", of_wheel)):
+        if purpose:
+            UsdGeom.Imageable(car.GetPrimAtPath(path)).CreatePurposeAttr(purpose)
+    renderer = WarpRenderer(car, device="cpu")
+    renderer.sync()
+    drawn = [path for path in renderer.gprims if path.startswith("/Library/Wheel[")]
+    assert bool(drawn) == (end > 1)
+    assert reach(car) == (-0.5, end)
+
+
+def test_a_labeled_prototype_has_a_model_whatever_it_is_in():
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.Scope.Define(stage, "/Library").CreatePurposeAttr("guide")
+    add_labels(cube(stage, "/Library/Wheel", 0.0), {"class": ["wheel"]})
+    points = UsdGeom.PointInstancer.Define(stage, "/Points")
+    points.CreatePrototypesRel().SetTargets(["/Library/Wheel"])
+    points.CreatePositionsAttr([(5, 0, 0)])
+    points.CreateProtoIndicesAttr([0])
+    assert model_of(LabeledSurvey(stage, "class:*"), "/Library/Wheel[0]", np.eye(3)) is not None
 
 
 def test_hidden_parts_are_left_out(car):

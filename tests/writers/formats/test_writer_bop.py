@@ -387,3 +387,43 @@ def test_parts_without_faces_are_named(stage, tmp_path):
     camera = rep.functional.create.camera(position=(0, -20, 0), look_at=(0, 0, 0))
     with pytest.warns(UsdsdgWarning, match="/Group/Wire: BasisCurves have no faces, so that the model of /Group is"):
         write(tmp_path, rep.create.render_product(camera, (WIDTH, HEIGHT)))
+
+
+@pytest.mark.parametrize(("near", "far"), [(0.1, 100.0), (9.9, 100.0), (0.1, 9.9)])
+def test_ends_that_no_ray_hits_and_what_is_clipped_verify(stage, tmp_path, near, far):
+    """A blade that is pointed, where rays miss its tip, and a box of which the near or the far plane leaves a half."""
+    stage = current_stage()
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    blade = UsdGeom.Mesh.Define(stage, "/blade")
+    blade.CreatePointsAttr([(-1, -0.2, 0), (-1, 0.2, 0), (2, 0.03, 0)])
+    blade.CreateFaceVertexCountsAttr([3])
+    blade.CreateFaceVertexIndicesAttr([0, 1, 2])
+    blade.CreateSubdivisionSchemeAttr("none")
+    blade.AddTranslateOp().Set((0, 1.2, 0))
+    box = UsdGeom.Cube.Define(stage, "/box")
+    box.CreateSizeAttr(1.0)
+    box.AddRotateYOp().Set(45.0)
+    box.AddScaleOp().Set(Gf.Vec3f(3, 0.5, 0.5))
+    for prim in (blade.GetPrim(), box.GetPrim()):
+        add_labels(prim, {"class": [prim.GetName()]})
+    camera = UsdGeom.Camera.Define(stage, "/eye")
+    camera.AddTranslateOp().Set((0, 0, 10))
+    camera.CreateFocalLengthAttr(35.0)
+    camera.CreateClippingRangeAttr((near, far))
+    folder = write(tmp_path, rep.create.render_product("/eye", (WIDTH, HEIGHT)))
+    report = verify(folder)
+    assert report.formats["BopWriter"] == 1
+    assert not [fault for fault in report.faults if "projects" in fault.what]
+
+
+@pytest.mark.parametrize("shift", [(0, 0), (4, 0), (0, -4)])
+def test_a_pose_that_is_off_by_pixels_is_found(stage, tmp_path, shift):
+    folder = write(tmp_path, scene())
+    file = folder / "train_pbr/000000/scene_gt.json"
+    poses, camera = table(folder, "scene_gt"), table(folder, "scene_camera")["0"]
+    for axis in (0, 1):
+        pose = poses["0"][0]["cam_t_m2c"]
+        pose[axis] += shift[axis] * pose[2] / camera["cam_K"][0]
+    file.write_text(json.dumps(poses))
+    found = [fault for fault in verify(folder).faults if "object 0 projects to its box" in fault.what]
+    assert bool(found) == any(shift)

@@ -96,9 +96,15 @@ class KeypointReader:
         return {path: tuple(owners) for path, owners in drawn.items()}, inside
 
     def _is_shown(self, path: Sdf.Path, time: Usd.TimeCode) -> bool:
-        """Return whether a prim without gprims of its own is there: active, defined and not invisible."""
-        prim = self._stage.GetPrimAtPath(path)
-        if not prim.IsActive() or not prim.IsDefined() or prim.IsAbstract():
+        """Return whether a prim without gprims of its own is there: active, defined and not invisible.
+
+        What is below a point instancer is there where points draw it only.
+        """
+        prims = list(map(self._stage.GetPrimAtPath, path.GetPrefixes()))
+        # Of what is in a class, instance proxies do not say so.
+        if any(not each.IsActive() or not each.IsDefined() or each.IsAbstract() for each in prims):
             return False
-        imageable = UsdGeom.Imageable(prim)
+        if any(above.IsA(UsdGeom.PointInstancer) for above in prims[:-1]):
+            return False
+        imageable = UsdGeom.Imageable(prims[-1])
         return not imageable or imageable.ComputeVisibility(time) != UsdGeom.Tokens.invisible

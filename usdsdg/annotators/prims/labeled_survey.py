@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,8 @@ from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners
 from usdsdg.annotators.point_instances import PointFrames, every_point, points_vary
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
+from usdsdg.stage.geometry.point_names import Prototypes
 from usdsdg.stage.semantics.label_schemas import PREFIXES
 from usdsdg.stage.time_code import first_time
 
@@ -39,6 +41,7 @@ class LabeledSurvey:
         self._owners: list[tuple[Owner, dict[str, str]]] | None = None
         self._found_at: tuple[Usd.TimeCode, Usd.TimeCode] | None = None  # the times of points and of labels
         self._points_vary = False  # whether there may be other points at other times
+        self._prototypes: Collection[Sdf.Path] | None = None  # roots of those of point instancers
 
     def read(self) -> Iterator[SurveyedPrim]:
         """Yield the labeled prims as they are when the stage begins."""
@@ -67,7 +70,7 @@ class LabeledSurvey:
     def _found(self, time: Usd.TimeCode, shown_at: Usd.TimeCode) -> list[tuple[Owner, dict[str, str]]]:
         if _matters(self._changes.take()):
             self._labels.invalidate()
-            self._owners = None
+            self._owners = self._prototypes = None
         varies = self._labels.set_time(shown_at) or self._points_vary
         if self._owners is None or (varies and self._found_at != (time, shown_at)):
             self._owners, self._found_at = list(self._find(time)), (time, shown_at)
@@ -77,6 +80,20 @@ class LabeledSurvey:
     def has_own_labels(self, prim: Usd.Prim) -> bool:
         """Return whether labels of the prim itself pass the filter."""
         return self._passes(self._labels.own_labels(prim.GetPath()))
+
+    def is_drawn_for(self, prim: Usd.Prim) -> bool:
+        """Return whether the purpose of a prim is one that is drawn: its own or, up to a prototype, an inherited one.
+
+        What prototypes of point instancers are in has no say in how these draw them.
+        """
+        if self._prototypes is None:
+            self._prototypes = Prototypes(self.stage).users.keys()
+        while prim:
+            purpose = prim.GetAttribute("purpose")
+            if purpose and purpose.HasAuthoredValue():
+                return purpose.Get() in DRAWN_PURPOSES
+            prim = Usd.Prim() if prim.GetPath() in self._prototypes else prim.GetParent()
+        return True
 
     def owners_of(self, gprims: Sequence[str]) -> list[Sdf.Path | None]:
         """Return the labeled prim to which each gprim belongs, by its path; None where no label passes the filter."""

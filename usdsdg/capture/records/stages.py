@@ -127,7 +127,8 @@ class StageRecords:
             noted = self._noted.get(prim)
             if noted is not None and names <= noted:
                 continue
-            if _matters(prim):
+            # What instances share is edited where it stands. With overs of their prototypes, USD opens no stage.
+            if _matters(prim) and not Usd.Prim.IsPathInPrototype(prim):
                 for name in sorted(filter(_decides_labels, names)):
                     self._add(prim.AppendProperty(name))
             self._noted[prim] = names if noted is None else noted | names

@@ -7,6 +7,7 @@ from pxr import Sdf, Usd
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.instances import places_of
 
 _Key = tuple[str, tuple[int, int]]
 
@@ -76,12 +77,13 @@ class CameraReader:
             self._products.clear()
         for path in set(changes.edited) - self._others:
             source = path if path == Sdf.Path.absoluteRootPath else path.GetPrimPath()
-            keys = self._sources.get(source)
-            if keys is None:
+            followed = [place for place in places_of(self._stage, source) if place in self._sources]
+            if not followed:
                 self._others.add(path)
-            for key in keys or ():
-                self._views.pop(key, None)
-            self._products.pop(source, None)
+            for place in followed:
+                for key in self._sources[place]:
+                    self._views.pop(key, None)
+                self._products.pop(place, None)
         concerns_none = not changes.resynced and self._others.issuperset(changes.edited)
         self._harmless = changes if concerns_none else None
 

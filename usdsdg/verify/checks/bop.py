@@ -19,7 +19,7 @@ from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV
 _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
 _NEAR = 1.0  # of the camera [mm]
-_WIDE = 1.0  # pixels: height of triangles that are hit
+_RADIUS = 0.75  # pixels: every circle that is larger than half the diagonal of a pixel is hit
 _THIN = 1.5  # pixels: objects that are thinner need not be hit along their whole length
 
 
@@ -111,21 +111,38 @@ def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     past = np.array([*(low - (x, y)), *((x + width + 1, y + height + 1) - high)])
     # Rays through the centers of pixels miss the ends of what is thinner than a pixel.
     is_thin = float(posed.info["px_count_all"]) < _THIN * (high - low).max()
-    hit = pixels[triangles[_are_wide(pixels[triangles])]].reshape(-1, 2)
+    hit = _hit_ends(pixels[triangles])
     missed = 0.0
-    if len(hit) and not is_thin and not is_cut:
+    if len(hit) and not is_thin and not is_cut and not _is_clipped(points, seen.truth):
         missed = max(((x, y) - hit.min(axis=0)).max(), (hit.max(axis=0) - (x + width + 1, y + height + 1)).max())
     if beyond([*past, missed], _REACH).any():
         found = text([x, y, width, height])
         yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
 
 
-def _are_wide(corners: np.ndarray) -> np.ndarray:
-    """Return which triangles (T, 3, 2) [pixels] rays hit near all of their corners: small ones, and those not thin."""
+def _is_clipped(points: np.ndarray, truth: Truth | None) -> bool:
+    """Return whether a plane of the recorded camera cuts off some of the points (N, 3), in its frame [mm]."""
+    if truth is None or truth.camera is None:
+        return False
+    near, far = np.array(truth.camera.clipping_range) * truth.camera.meters_per_unit * MILLIMETERS
+    return bool((points[:, 2] < near).any() or (points[:, 2] > far).any())
+
+
+def _hit_ends(corners: np.ndarray) -> np.ndarray:
+    """Return points (N, 2) near the ends of triangles (T, 3, 2) [pixels], beside which rays hit.
+
+    That is the corners of small triangles. Rays pass the ends of what is pointed, so those of others are the centers of
+    the circles in each corner that are as wide as the diagonal of a pixel; where there are none rays may miss.
+    """
     edges = np.roll(corners, -1, axis=1) - corners
-    longest = np.linalg.norm(edges, axis=2).max(axis=1)
-    area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / 2
-    return (longest < _REACH) | (2 * area > _WIDE * longest)
+    lengths = np.linalg.norm(edges, axis=2)
+    is_small = lengths.max(axis=1) < _REACH
+    opposite, around = np.roll(lengths, -1, axis=1), np.maximum(lengths.sum(axis=1), 1e-12)
+    center = (corners * opposite[..., None]).sum(axis=1) / around[:, None]  # of the circle inside
+    radius = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / around
+    is_wide = (radius >= _RADIUS) & ~is_small
+    inward = (center[is_wide, None] - corners[is_wide]) * (_RADIUS / radius[is_wide])[:, None, None]
+    return np.concatenate([corners[is_small], corners[is_wide] + inward]).reshape(-1, 2)
 
 
 def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:

@@ -16,7 +16,6 @@ from usdsdg.annotators.prims.labeled_survey import LabeledSurvey, SurveyedPrim
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.deforming import deformations
-from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array, inverse
@@ -260,7 +259,7 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
 
 def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
     """Return whether a prim in a visible owner belongs to another object, or it and all below it is not drawn."""
-    if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() not in DRAWN_PURPOSES:
+    if (prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointInstancer)) and not prims.is_drawn_for(prim):
         return True
     if prim == owner:
         return False

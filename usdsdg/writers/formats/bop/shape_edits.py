@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -10,9 +10,12 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.geometry.deforming import SHAPE_ATTRIBUTES
+from usdsdg.stage.geometry.point_names import Prototypes
+from usdsdg.stage.instances import places_of
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 from usdsdg.stage.world_values import WorldValues
 
+_PROTOTYPES = "prototypes"
 _TURNS = ("xformOp:rotate", "xformOp:orient")
 
 
@@ -20,32 +23,61 @@ class ShapeEdits:
     """Tells which prims had their triangles edited, by the paths at which they are labeled."""
 
     def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
         self._changes = ChangeTracker(stage)
+        self._users: Mapping[Sdf.Path, Sequence[Sdf.Path]] | None = None  # point instancers by root of a prototype
 
     def take(self, paths: Iterable[str]) -> list[str]:
         """Return those of several prims whose shape may be another than at the last call.
 
         That is where attributes of it were set, there or on prims below, where other prims are below or are moved
-        within it, and where it was read again, as with another reference. paths: as annotators report prims.
+        within it, and where it was read again, as with another reference; so also in what its instances share, and in
+        what its point instancers draw. paths: as annotators report prims.
         """
         changes = self._changes.take()
         if not changes:
             return []
-        edited = set(_edited(changes))
-        roots = set(map(str, changes.resynced))
+        if changes.resynced or any(_PROTOTYPES in names for names in changes.by_names):
+            self._users = None
+        resynced = {place for path in changes.resynced for place in places_of(self._stage, path)}
+        edited, roots = self._with_all_above(self._edited(changes, resynced)), set(map(str, resynced))
         return [path for path in paths if own_path(path) in edited or not roots.isdisjoint(_upwards(own_path(path)))]
 
+    def _edited(self, changes: Changes, resynced: Iterable[Sdf.Path]) -> Iterator[Sdf.Path]:
+        """Yield the paths of the prims whose shape was edited."""
+        for path in resynced:
+            yield path.GetParentPath()
+            for root, instancers in self._drawn_by_points().items():
+                yield from instancers if root.HasPrefix(path) else ()
+        for names, paths in changes.by_names.items():
+            is_shape = _PROTOTYPES in names or not names.isdisjoint(SHAPE_ATTRIBUTES)
+            is_move = "visibility" in names or any(name.startswith("xformOp") for name in names)
+            for path in (place for each in paths for place in places_of(self._stage, each)):
+                if is_shape:
+                    yield path
+                elif is_move:
+                    # A labeled prim that is moved or hidden itself has the shape that it had.
+                    yield path.GetParentPath()
+                    yield from self._drawn_by_points().get(path, ())
 
-def _edited(changes: Changes) -> Iterator[str]:
-    """Yield the paths of the prims whose shape was edited, and of all above that it belongs to."""
-    for path in changes.resynced:
-        yield from _upwards(str(path.GetParentPath()))
-    for names, paths in changes.by_names.items():
-        is_shape = not names.isdisjoint(SHAPE_ATTRIBUTES)
-        is_move = "visibility" in names or any(name.startswith("xformOp") for name in names)
-        for path in paths if is_shape or is_move else ():
-            # A labeled prim that is moved or hidden itself has the shape that it had.
-            yield from _upwards(str(path if is_shape else path.GetParentPath()))
+    def _with_all_above(self, edited: Iterable[Sdf.Path]) -> set[str]:
+        """Return the paths of prims and of all that they belong to: those above, and point instancers of any of these.
+
+        Instancers may draw themselves in a circle.
+        """
+        waiting, found = list(edited), set[Sdf.Path]()
+        while waiting:
+            path = waiting.pop()
+            while path not in found and not path.IsAbsoluteRootPath():
+                found.add(path)
+                waiting += self._drawn_by_points().get(path, ())
+                path = path.GetParentPath()
+        return set(map(str, found))
+
+    def _drawn_by_points(self) -> Mapping[Sdf.Path, Sequence[Sdf.Path]]:
+        if self._users is None:
+            self._users = Prototypes(self._stage).users
+        return self._users
 
 
 def _upwards(path: str) -> Iterator[str]:
