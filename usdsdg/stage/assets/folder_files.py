@@ -13,6 +13,7 @@ def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recur
     """Return the sorted paths of the files with one of the suffixes, which are in lower case.
 
     Links to folders are followed, to each folder once. Links to files that are gone are files too, which readers name.
+    Hidden files and folders below it are left out: previews, `._mug.obj` of macOS, what a program has left that died.
 
     Args:
         recursive: also search the subfolders. Those that are removed meanwhile are left out.
@@ -33,6 +34,7 @@ def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recur
 def _paths(folder: str, recursive: bool) -> Iterator[str]:
     seen, count = {os.path.realpath(folder)}, 0
     for place, folders, files in os.walk(folder, followlinks=True, onerror=_refuse):
+        files, folders[:] = _shown(files), _shown(folders)
         count += len(files)
         if count > MOST_FILES:
             raise AssetUnreadable(
@@ -44,6 +46,10 @@ def _paths(folder: str, recursive: bool) -> Iterator[str]:
         new = {path: name for name, path in reversed(real.items()) if path not in seen}
         seen.update(new)
         folders[:] = sorted(new.values())  # os.walk goes into these
+
+
+def _shown(names: list[str]) -> list[str]:
+    return [name for name in names if not name.startswith(".")]
 
 
 def _refuse(error: OSError) -> None:
