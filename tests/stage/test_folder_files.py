@@ -42,6 +42,14 @@ def test_hidden_files_and_folders_are_left_out(folder):
     assert str(hidden / "mug.obj") in files_in(hidden, (".obj",))
 
 
+def test_a_name_that_is_no_utf8_is_told(folder):
+    """As in an archive of another system; USD has no such paths."""
+    (folder / os.fsdecode(b"caf\xe9.obj")).touch()
+    with pytest.raises(AssetUnreadable, match=r"caf\\udce9.obj' is not UTF-8, .* Rename the file"):
+        files_in(folder, (".obj",))
+    assert files_in(folder, (".png",)) == []
+
+
 def test_a_folder_that_is_removed_meanwhile_is_left_out(folder, monkeypatch):
     isfile = os.path.isfile
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from usdsdg.errors import AssetUnreadable
+from usdsdg.stage.assets.url import check_name
 
 MOST_FILES = 1_000_000  # below a folder that is searched
 
@@ -19,16 +20,20 @@ def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recur
         recursive: also search the subfolders. Those that are removed meanwhile are left out.
 
     Raises:
-        AssetUnreadable: this user may not read the folder or one in it, of which files would be missing; or it is no
-            folder of assets, but a whole disk or one with more than `MOST_FILES` files.
+        AssetUnreadable: this user may not read the folder or one in it, of which files would be missing; USD cannot
+            have the name of a file; or it is no folder of assets, but a whole disk or one with more than `MOST_FILES`
+            files.
     """
     if recursive and Path(folder).resolve().parent == Path(folder).resolve():
         raise AssetUnreadable(f"{folder} is a whole disk, which is not searched: give the folder that the files are in")
-    return sorted(
+    found = sorted(
         path
         for path in _paths(os.fspath(folder), recursive)
         if Path(path).suffix.lower() in suffixes and (os.path.isfile(path) or os.path.islink(path))
     )
+    for path in found:
+        check_name(path)
+    return found
 
 
 def _paths(folder: str, recursive: bool) -> Iterator[str]:
