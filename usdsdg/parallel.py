@@ -155,7 +155,9 @@ class _Bands:
         self._next = 0
         self._helping = 0
         self._failure: BaseException | None = None
-        self._changed = threading.Condition()
+        # Taken by itself: the `with` of a Condition is Python code, in which Ctrl-C can leave it taken for ever.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
 
     def run(self) -> None:
         """Work until no row is left."""
@@ -164,21 +166,21 @@ class _Bands:
 
     def help(self) -> None:
         """As `run`, on another thread, which keeps its failure for the one that has asked."""
-        with self._changed:
+        with self._lock:
             self._helping += 1
         try:
             self.run()
         except BaseException as error:  # noqa: BLE001 - raised by the thread that has asked
             self._stop(error)
         finally:
-            with self._changed:
+            with self._lock:
                 self._helping -= 1
                 self._changed.notify_all()
 
     def finish(self) -> None:
         """Hand out no more rows, and wait for those who work; a helper that is late finds nothing to do."""
         self._stop(None)
-        with self._changed:
+        with self._lock:
             while self._helping:
                 # Without a timeout, Ctrl-C would not interrupt the wait on every platform.
                 self._changed.wait(timeout=0.5)
@@ -188,13 +190,13 @@ class _Bands:
             raise self._failure
 
     def _stop(self, failure: BaseException | None) -> None:
-        with self._changed:
+        with self._lock:
             self._next = self._rows
             self._failure = self._failure or failure
 
     def _take(self) -> tuple[int, int] | None:
         """Return the first row and the count of the next band; None: no row is left."""
-        with self._changed:
+        with self._lock:
             first, left = self._next, self._rows - self._next
             if left <= 0:
                 return None

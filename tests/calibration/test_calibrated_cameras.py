@@ -148,8 +148,9 @@ def test_arguments_of_the_lens_cannot_be_given_with_a_calibration(stage, tmp_pat
     file.write_text(ros(RADTAN))
     with pytest.raises(ArgumentError, match="focal_length, projection_type cannot be given with a calibration"):
         rep.create.camera(calibration=file, focal_length=30.0, projection_type="fisheyeOpenCV")
-    with pytest.raises(ConfigError, match="cannot be read"):
-        rep.create.camera(calibration=tmp_path / "none.yaml")
+    for name in ("none.yaml", "n\0ne.yaml"):
+        with pytest.raises(ConfigError, match=r"ne\.yaml: the calibration cannot be read"):
+            rep.create.camera(calibration=str(tmp_path / name))
 
 
 def turned(axis: int, degrees: float, shift) -> np.ndarray:

@@ -227,6 +227,13 @@ def test_errors_name_the_script_line(stage):
         evaluate.graph().evaluate()
 
 
+def test_a_script_whose_name_is_no_utf8_is_named_on_the_stage(stage):
+    """A file's name may have any bytes; Python has those that are no UTF-8 as half characters, USD has none."""
+    exec(compile("trigger.on_frame(name='every')", "/scripts/caf\udce9.py", "exec"), {"trigger": trigger})
+    lines = [prim.GetAttribute("usdsdg:line").Get() for prim in stage.Traverse() if prim.HasAttribute("usdsdg:line")]
+    assert lines == [r"caf\udce9.py:1"]
+
+
 def test_acting_on_nothing_is_an_error(stage):
     with pytest.raises(GraphError, match="no prims to act on: call it inside"):
         modify.attribute("size", 1.0)

@@ -2,6 +2,7 @@
 
 import base64
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -496,6 +497,19 @@ def test_options_that_cannot_be(tmp_path):
         convert(tmp_path / "a.obj", tmp_path / "a.glb", Options())
     with pytest.raises(Unsupported, match=r"is no mesh file"):
         convert(tmp_path / "a.xyz", tmp_path / "a.usd", Options())
+
+
+def test_names_that_usd_cannot_have_are_told(tmp_path):
+    mesh = trimesh.creation.box()
+    odd = tmp_path / os.fsdecode(b"caf\xe9.stl")
+    for file in (tmp_path / "box.stl", odd):
+        file.write_bytes(mesh.export(file_type="stl"))
+    with pytest.raises(AssetUnreadable, match="is not UTF-8, as USD needs paths to be"):
+        convert(odd, tmp_path / "out.usd", Options())
+    for name in (os.fsdecode(b"caf\xe9.usd"), "two\nlines.usd"):
+        with pytest.raises(OutputNotWritable, match="which needs one line of UTF-8; give another OUT"):
+            convert(tmp_path / "box.stl", tmp_path / name, Options())
+    assert {each.name for each in tmp_path.iterdir()} == {"box.stl", odd.name}
 
 
 def test_the_command(wedge, tmp_path):

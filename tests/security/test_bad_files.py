@@ -23,7 +23,7 @@ from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session.stage_context import open_stage
-from usdsdg.stage.assets import check_file
+from usdsdg.stage.assets import check_file, missing_dependencies
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 from usdsdg_render.images import image_files
 
@@ -178,6 +178,21 @@ def test_bytes_that_are_no_text_are_told_in_one_line(tmp_path):
     (tmp_path / "bad.usda").write_bytes(b'#usda 1.0\ndef Cube "C" { string x = "\xff\xfe" }\n')
     with pytest.raises(AssetUnreadable, match="bytes that are no UTF-8 text"):
         open_stage(tmp_path / "bad.usda")
+
+
+@pytest.mark.parametrize("arc", ["references", "payload", "subLayers"])
+def test_bytes_that_are_no_text_in_what_a_stage_refers_to_are_told_with_their_line(arc, tmp_path):
+    part, stage = tmp_path / "latin.usda", tmp_path / "stage.usda"
+    part.write_bytes('#usda 1.0\n(\n    defaultPrim = "A"\n)\ndef Cube "A" (doc = "café")\n{\n}\n'.encode("latin-1"))
+    layers = f"(\n    subLayers = [@./{part.name}@]\n)\n" if arc == "subLayers" else ""
+    refers = "" if layers else f"({arc} = @./{part.name}@)"
+    stage.write_text(f'#usda 1.0\n{layers}def Xform "B" {refers}\n{{\n}}\ndef Cube "C"\n{{\n}}\n')
+    opened = open_stage(str(stage))
+    assert opened.GetPrimAtPath("/C")
+    missing = missing_dependencies(opened)
+    assert [each.asset_path for each in missing] == [str(part)]
+    assert f"{part}:5:" in missing[0].why
+    assert "\n" not in missing[0].why
 
 
 def test_numbers_of_prims_have_bounds_that_name_memory_and_time(tmp_path):

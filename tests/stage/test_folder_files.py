@@ -30,6 +30,26 @@ def test_links_are_followed_once_and_what_is_no_file_is_left_out(folder):
     assert files_in(folder, (".obj",), recursive=False) == [str(folder / "gone.obj"), str(folder / "mug.obj")]
 
 
+def test_hidden_files_and_folders_are_left_out(folder):
+    """Each would be a class of its own: previews, notes of macOS, and what a conversion has left that was killed."""
+    for name in ("._mug.obj", ".thumbnails/mug.obj", "deep/.cup-1a2b3c4d/cup.obj"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).touch()
+    names = ["deep/bowl.OBJ", "gone.obj", "linked/jug.obj", "mug.obj"]
+    assert files_in(folder, (".obj",)) == [str(folder / name) for name in names]
+    hidden = folder.parent / ".hidden"
+    folder.rename(hidden)
+    assert str(hidden / "mug.obj") in files_in(hidden, (".obj",))
+
+
+def test_a_name_that_is_no_utf8_is_told(folder):
+    """As in an archive of another system; USD has no such paths."""
+    (folder / os.fsdecode(b"caf\xe9.obj")).touch()
+    with pytest.raises(AssetUnreadable, match=r"caf\\udce9.obj' is not UTF-8, .* Rename the file"):
+        files_in(folder, (".obj",))
+    assert files_in(folder, (".png",)) == []
+
+
 def test_a_folder_that_is_removed_meanwhile_is_left_out(folder, monkeypatch):
     isfile = os.path.isfile
 

@@ -106,7 +106,9 @@ def _values(file: Path) -> dict[str, Any]:
     try:
         text = read_small(file)
         note_opened(os.path.abspath(file))
-    except (OSError, UnicodeDecodeError) as error:
+    except TooLarge:
+        raise
+    except (OSError, ValueError) as error:  # the latter of its text, or of a null character in the path
         raise ConfigError(f"{file}: the calibration cannot be read: {error}") from error
     if text.lstrip().startswith("<?xml"):
         raise ConfigError(f"{file} is XML; write OpenCV's FileStorage to a file that ends in .yml instead")

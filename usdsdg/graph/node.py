@@ -43,7 +43,11 @@ def script_line() -> str:
     # "<string>" is the __init__ that dataclasses generate.
     while frame is not None and frame.f_code.co_filename.startswith((_PACKAGE, "<string>")):
         frame = frame.f_back
-    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else "<unknown>"
+    if frame is None:
+        return "<unknown>"
+    name = Path(frame.f_code.co_filename).name
+    # Bytes of a name that are no UTF-8 are half characters here, which the stage cannot hold.
+    return f"{name.encode('utf-8', 'backslashreplace').decode()}:{frame.f_lineno}"
 
 
 def rep_function() -> str:

@@ -17,6 +17,7 @@ from usdsdg.meshes.placement import Origin
 from usdsdg.meshes.readers import SUFFIXES, USD, read
 from usdsdg.meshes.repairs import repaired
 from usdsdg.meshes.usd_file import textures_of, write_usd
+from usdsdg.stage.assets.url import check_name, is_utf8
 
 COLLIDERS = ("none", "convexHull", "convexDecomposition", "boundingCube", "boundingSphere", "meshSimplification", "sdf")
 
@@ -58,6 +59,8 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
         raise Unsupported(f"{target} is the file itself; give another name for the converted one")
     if source.suffix.lower() not in SUFFIXES:
         raise Unsupported(f"{source} is no mesh file; expected {', '.join(SUFFIXES)}")
+    check_name(source)
+    _check_target(target)
     mesh, repairs = repaired(_as_meant(read(source), options))
     if not mesh.parts:
         raise AssetUnreadable(f"{source}: no triangle is left after repairs: {'; '.join(repairs)}")
@@ -71,6 +74,12 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     turned = np.abs(mesh.bounds[1] - mesh.bounds[0]) * options.meters_per_unit
     sizes = (float(turned[0]), float(turned[1]), float(turned[2]))
     return Report(sizes, mesh.triangle_count, len(mesh.parts), len(mesh.materials), repairs, notes), mesh
+
+
+def _check_target(target: Path) -> None:
+    """Check that USD can have the path, and name the folder of pictures after it; raises OutputNotWritable if not."""
+    if not is_utf8(str(target)) or any(ord(each) < 32 for each in target.stem):
+        raise OutputNotWritable(f"{str(target)!r} is no path for USD, which needs one line of UTF-8; give another OUT")
 
 
 def _check_coordinates(mesh: MeshFile, source: Path, options: Options) -> None:

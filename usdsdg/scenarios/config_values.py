@@ -7,12 +7,13 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from usdsdg.arguments.values import MOST_PRIMS, TOO_MANY_PRIMS
 
 # Numbers are strict: "3" and true are not numbers.
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+# Shares, of which the sum must be a number, too.
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e12)]
 # Lengths of a scene, and times: physics and its matrices end at numbers that no scene has.
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
 Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=3600)]
 SomeSeconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=3600)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+LengthOrNone = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1e6)]
 
 
 def _bearable(count: int) -> int:
@@ -45,7 +46,8 @@ def _ordered(values: _Pair) -> _Pair:
     return values
 
 
-Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+# Of lengths, or of factors: a million times the size, or the brightness, is as far from any scene.
+Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 
 
 def _of_one_scene(values: tuple[int, int]) -> tuple[int, int]:

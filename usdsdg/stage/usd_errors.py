@@ -1,6 +1,6 @@
 """USD errors as text for messages of our own errors, and as errors of the system."""
 
-from pxr import Sdf, Tf
+from pxr import Pcp, Sdf, Tf
 
 
 def reason(failure: Tf.ErrorException) -> str:
@@ -12,6 +12,14 @@ def reason(failure: Tf.ErrorException) -> str:
     # Of a disk that is full there is an error for each block that could not be written.
     causes = [text for number, text in enumerate(texts) if not any(first in text for first in texts[:number])]
     return "; ".join(causes) or str(failure)
+
+
+def text_of(error: Pcp.ErrorBase) -> str:
+    """Return the message of an error of composition, which may quote bytes of a file that are no UTF-8 text."""
+    try:
+        return str(error)
+    except UnicodeDecodeError as undecoded:
+        return undecoded.object.decode(errors="replace")
 
 
 def save(layer: Sdf.Layer) -> None:

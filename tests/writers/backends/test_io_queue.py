@@ -1,5 +1,6 @@
 """Order, bounds, failures and the end of the I/O queue."""
 
+import contextlib
 import json
 import os
 import sys
@@ -364,3 +365,23 @@ def test_a_forked_process_writes_with_threads_of_its_own(tmp_path):
     )
     assert result.returncode == 0, result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["child.txt", "parent.txt"]
+
+
+def test_an_interrupt_while_the_lock_is_taken_leaves_it_to_others(monkeypatch):
+    """Ctrl-C in the Python code that takes a lock, once it is taken, would let no thread go on."""
+    queue, done = IoQueue(threads=1), []
+    enter = threading.Condition.__enter__
+
+    def interrupted(condition):
+        enter(condition)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, contextlib.suppress(KeyboardInterrupt):
+        patched.setattr(threading.Condition, "__enter__", interrupted)
+        queue.open_jobs()
+    writer = threading.Thread(
+        target=lambda: (submit(queue, partial(done.append, 1)), queue.wait_until_done()), daemon=True
+    )
+    writer.start()
+    writer.join(20.0)
+    assert done == [1]

@@ -50,6 +50,18 @@ def test_a_journal_that_goes_on_has_the_bytes_of_one_that_did_not_stop(tmp_path)
     assert second.path.read_bytes() == whole.path.read_bytes()
 
 
+def test_names_of_files_that_are_no_utf8_come_back(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    name = os.fsdecode(b"caf\xe9.png")
+    kept = Journal(path)
+    kept.append([{"frame": 0, "files": {name: (1, "0"), "café.png": (2, "0")}}], {os.fsdecode(b"\xff.py"): (3, "0")})
+    kept.close(complete=True)
+    found = journal.read(path)
+    assert found.is_complete
+    assert list(found.shared) == [os.fsdecode(b"\xff.py")]
+    assert [list(line["files"]) for line in journal.lines(path) if "frame" in line] == [[name, "café.png"]]
+
+
 def test_a_line_that_a_dying_process_has_not_finished_is_dropped(tmp_path):
     path = tmp_path / "journal.jsonl"
     Journal(path).append([line(0), line(1)], {})

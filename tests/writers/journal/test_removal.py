@@ -1,5 +1,6 @@
 """The removal of an earlier run, ended at each of its operations: what goes on leaves the bytes of a run of its own."""
 
+import errno
 import json
 import os
 import pathlib
@@ -8,7 +9,8 @@ import pytest
 
 from tests.cli.datasets import content
 from tests.writers.journal.test_folders import recipe, run, write_frame
-from usdsdg.writers.journal import earlier_files
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable
+from usdsdg.writers.journal import earlier_files, journal
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.place import REMOVING, FolderPlace
 from usdsdg.writers.journal.portion import Portion
@@ -117,3 +119,47 @@ def test_a_full_disk_can_be_made_room_on(tmp_path, monkeypatch):
     monkeypatch.setattr(earlier_files, "_keep_names", lambda *_: False)
     run(tmp_path, Mode.OVERWRITE, frames=(0,))
     assert {path.name for path in tmp_path.iterdir()} == {"0.png", ".usdsdg"}
+
+
+def test_a_run_of_another_recipe_goes_on_with_a_removal_that_was_interrupted(tmp_path, end_at):
+    make(tmp_path / "whole", Mode.NEW)
+    whole, resumed = content(tmp_path / "whole"), set()
+    for number in range(1, 200):
+        path = tmp_path / f"{number}"
+        run(path, frames=(0, 1), arguments=["earlier"])
+        end_at(number)
+        try:
+            DatasetFolder(FolderPlace(path), recipe(), Mode.OVERWRITE, None).release()
+            break
+        except Ended:
+            pass
+        finally:
+            end_at(-1)
+        try:
+            make(path, Mode.RESUME)
+        except DatasetInTheWay:
+            # Nothing was removed yet, so that the earlier run goes on, or stays.
+            assert {"0.png", "1.png"} <= content(path).keys()
+            assert max(journal.read(path / ".usdsdg/journal.jsonl").frames) == 1
+        else:
+            resumed.add(number)
+            assert content(path) == whole, f"ended at operation {number}"
+    assert len(resumed) > 5
+
+
+@pytest.mark.parametrize("owner", [os, pathlib.Path])
+def test_a_file_of_an_earlier_run_that_cannot_be_removed_is_named(owner, tmp_path, monkeypatch):
+    run(tmp_path, frames=(0,))
+    unlink = owner.unlink
+
+    def refuse(path, **named):
+        if str(path).endswith("recipe.json"):
+            raise PermissionError(errno.EPERM, "Operation not permitted", str(path))
+        unlink(path, **named)
+
+    monkeypatch.setattr(owner, "unlink", refuse)
+    with pytest.raises(OutputNotWritable, match=r"recipe\.json cannot be written: this user may not write there"):
+        run(tmp_path, Mode.OVERWRITE, frames=(1,))
+    monkeypatch.setattr(owner, "unlink", unlink)
+    run(tmp_path, Mode.OVERWRITE, frames=(1,))
+    assert {path.name for path in tmp_path.iterdir()} == {"1.png", ".usdsdg"}

@@ -14,7 +14,7 @@ from usdsdg.scenarios.config_values import (
     Flag,
     FrameCount,
     Length,
-    NotNegative,
+    LengthOrNone,
     Range,
     Samples,
     Seconds,
@@ -94,13 +94,13 @@ class ObjectBasedConfig(Section):
         0, description="frames until a new scene is built from draws of its own; 0: one scene for all frames"
     )
     num_cameras: Count = Field(1, description="number of cameras that capture each frame, 0 or more")
-    camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
+    camera_collider_radius: LengthOrNone = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
     disable_render_products_between_captures: Flag = Field(True, description="true or false")
     simulation_duration_between_captures: Seconds = Field(0.025, description="seconds, 0 to 3600")
     settle: Flag = Field(False, description="true or false: whether all come to rest before the first frame")
     resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
     camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")
-    camera_look_at_target_offset: NotNegative = Field(0.2, description="meters, 0 or more")
+    camera_look_at_target_offset: LengthOrNone = Field(0.2, description="meters, 0 or more")
     camera_distance_to_target_min_max: Range = Field(
         (0.1, 0.5), description="nearest and farthest distance [m], for example [0.25, 0.75]"
     )

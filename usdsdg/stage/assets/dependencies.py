@@ -8,6 +8,7 @@ from typing import NamedTuple
 from pxr import Ar, Pcp, Sdf, Usd, UsdUtils
 
 from usdsdg.stage.assets import lookup, maps, url
+from usdsdg.stage.usd_errors import text_of
 
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
 
@@ -30,7 +31,7 @@ def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
     for error in stage.GetCompositionErrors():
         prim = stage.GetPrimAtPath(error.rootSite.path)
         if isinstance(error, _UNRESOLVED) and prim and prim.IsActive():
-            found[_parsed(error, " ".join(str(error).split()))] = None
+            found[_parsed(error, " ".join(text_of(error).split()))] = None
     return list(found)
 
 
@@ -39,11 +40,11 @@ def cycles(stage: Usd.Stage) -> list[str]:
     found: dict[frozenset[str], str] = {}
     for error in stage.GetCompositionErrors():
         if isinstance(error, Pcp.ErrorSublayerCycle):
-            layers = list(dict.fromkeys(re.findall(r"@([^@]+)@", str(error))))
+            layers = list(dict.fromkeys(re.findall(r"@([^@]+)@", text_of(error))))
             message = f"{' and '.join(layers)} are sublayers of each other, so USD leaves one out. Remove one of them."
             found.setdefault(frozenset(layers), message)
         elif isinstance(error, Pcp.ErrorArcCycle):
-            sites = re.findall(r"@([^@]*)@(?:,@[^@]*@)?<([^>]*)>", str(error))
+            sites = re.findall(r"@([^@]*)@(?:,@[^@]*@)?<([^>]*)>", text_of(error))
             in_files = len({layer for layer, _ in sites}) > 1
             chain = [f"{layer}<{path}>" if in_files else path for layer, path in sites]
             message = (

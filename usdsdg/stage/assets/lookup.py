@@ -36,8 +36,7 @@ def locate(asset: str | os.PathLike[str]) -> str:
     text = os.fspath(asset).strip()
     if not text:
         raise errors.AssetNotFound("an empty string was given as the URL of an asset")
-    if not url.is_utf8(text):
-        raise errors.AssetUnreadable(f"{text!r} is not UTF-8, as USD needs paths to be. Rename the file.")
+    url.check_name(text)
     mapped = maps.candidates(text)
     for candidate in mapped:
         if exists(candidate):

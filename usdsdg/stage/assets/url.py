@@ -4,6 +4,7 @@ import os
 import re
 from urllib.parse import unquote
 
+from usdsdg.errors import AssetUnreadable
 from usdsdg.operating_system import IS_WINDOWS
 
 # Folders at the top of an assets root; of the URL of an asset server, the part from one of these on is used.
@@ -30,6 +31,12 @@ def is_utf8(text: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Check that the path of an asset can be given to USD; raises AssetUnreadable otherwise."""
+    if not is_utf8(text := os.fspath(path)):
+        raise AssetUnreadable(f"{text!r} is not UTF-8, as USD needs paths to be. Rename the file.")
 
 
 def has_drive(text: str) -> bool:

@@ -53,7 +53,9 @@ class IoQueue:
         around_fork(in_child=lambda: _forget_in_child(alive))
 
     def _forget_all(self) -> None:
-        self._changed = threading.Condition()
+        # Taken by itself: the `with` of a Condition is Python code, in which Ctrl-C can leave it taken for ever.
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
         self._ready: deque[Job] = deque()  # waiting for a thread; `_open` also has those that run or wait for others
         self._open: dict[int, Job] = {}  # by number, oldest first
         self._submitted = self._running = self._bytes = 0
@@ -83,7 +85,7 @@ class IoQueue:
             return
         job = Job(run, what, size, owner, pixels=self._pixels, frame=self._frame, turn=turn, after_all=after_all)
         self._finish_at_exit()
-        with self._changed:
+        with self._lock:
             self._raise_failure(owner)
             while self._is_full(size):
                 self._changed.wait()
@@ -147,12 +149,12 @@ class IoQueue:
 
     def is_done_writing(self, owner: Any = None) -> bool:
         """Return whether no job of `owner` (None: of anyone) waits or runs."""
-        with self._changed:
+        with self._lock:
             return not self._is_open(owner)
 
     def open_jobs(self) -> int:
         """Return the number of jobs that wait or run."""
-        with self._changed:
+        with self._lock:
             return len(self._open)
 
     def wait_until_done(self, owner: Any = None) -> None:
@@ -164,7 +166,7 @@ class IoQueue:
         """
         if threading.current_thread() in self._workers:
             raise WriterError("a job waits for its own queue, and would never end: use schedule_after_all.")
-        with self._changed:
+        with self._lock:
             while self._is_open(owner):
                 self._changed.wait()
             self._raise_failure(owner)
@@ -179,7 +181,7 @@ class IoQueue:
 
     def set_threads(self, count: int) -> None:
         """Set how many jobs run at a time; with 0 each runs where it is submitted, after those that are open now."""
-        with self._changed:
+        with self._lock:
             while not count and self._open:
                 self._changed.wait()
             self._threads = max(0, int(count))
@@ -205,7 +207,7 @@ class IoQueue:
 
     def stop(self, seconds: float = STOP_SECONDS) -> int:
         """Drop the jobs that wait, give those that run some seconds to end, and return how many were dropped."""
-        with self._changed:
+        with self._lock:
             dropped = len(self._open) - self._running
             for job in self._open.values():
                 job.is_left_out = True
@@ -276,7 +278,7 @@ class IoQueue:
     def _work(self) -> None:
         turns.exempt_thread()  # a frame waits for its jobs
         while True:
-            with self._changed:
+            with self._lock:
                 while not self._ready and len(self._workers) <= self._threads:
                     self._changed.wait()
                 if not self._ready:
@@ -286,7 +288,7 @@ class IoQueue:
                 self._running += 1
                 self._changed.notify_all()
             failure = None if job.is_left_out else self._failure_of(job)
-            with self._changed:
+            with self._lock:
                 self._running -= 1
                 self._end(job, failure)
             del job, failure  # with the arrays that they keep alive

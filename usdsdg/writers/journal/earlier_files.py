@@ -52,15 +52,24 @@ def forget_names(home: Path) -> None:
 
 def end_removal(place: Place, home: Path) -> None:
     """Remove what a removal that was interrupted has left of a run, or a part, so that going on makes all frames."""
-    if not (home / REMOVING).is_file():
-        return
-    is_whole_run = home == place.path / BESIDE
-    if _with_lines(_all_journals(place.path) if is_whole_run else [home / NAME]):
-        forget_names(home)  # it had not begun, or there are frames of a later run
-    elif is_whole_run:
+    if not is_half_removed(place, home):
+        forget_names(home)
+    elif _is_whole_run(place, home):
         remove_run(place, is_told=False)
     else:
         remove_part(place, home)
+
+
+def is_half_removed(place: Place, home: Path) -> bool:
+    """Return whether a removal was interrupted that had begun, so that no frame of the run, or part, is left."""
+    if not (home / REMOVING).is_file():
+        return False
+    # Else it had not begun, or there are frames of a later run.
+    return not _with_lines(_all_journals(place.path) if _is_whole_run(place, home) else [home / NAME])
+
+
+def _is_whole_run(place: Place, home: Path) -> bool:
+    return home == place.path / BESIDE
 
 
 def _all_journals(path: Path) -> list[Path]:

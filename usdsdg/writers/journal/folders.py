@@ -10,7 +10,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
+from usdsdg.errors import DatasetInTheWay, UsdsdgError, WriterError, warn_once
 from usdsdg.session.progress import say_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import FileLock, Locked
@@ -20,6 +20,7 @@ from usdsdg.writers.journal.copied_folders import copies_of, watch
 from usdsdg.writers.journal.earlier_files import (
     end_removal,
     forget_names,
+    is_half_removed,
     remove_part,
     remove_run,
     remove_unfinished,
@@ -97,10 +98,12 @@ class DatasetFolder:
             self._write_recipe()
             forget_names(self._home)
             place.push(whole=True)
-        except BaseException:
+        except BaseException as error:
             self.release()
             self.end_sharing()
-            raise
+            if isinstance(error, UsdsdgError) or not isinstance(error, OSError):
+                raise
+            raise not_writable(Path(str(error.filename or self.path)), error) from error  # that may not be removed
         self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
@@ -329,6 +332,8 @@ def check(
                 f"{there} has files but no recipe, so it cannot be resumed. Choose another output_dir, or --overwrite."
             )
         return
+    if mode is Mode.RESUME and portion is None and is_half_removed(place, path / BESIDE):
+        return  # of which nothing could be resumed, so it is in the way of no other recipe
     differences = wanted.differences(earlier)
     if portion is not None and mode is not Mode.RESUME:
         _check_room_for_part(path, there, mode, portion, differences)

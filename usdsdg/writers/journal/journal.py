@@ -284,7 +284,10 @@ def _damaged(path: Path, what: str) -> WriterError:
 
 def encoded(line: Mapping[str, Any]) -> bytes:
     """Return a line of a journal."""
-    return json.dumps(line, ensure_ascii=False, separators=(",", ":")).encode() + b"\n"
+    try:
+        return json.dumps(line, ensure_ascii=False, separators=(",", ":")).encode() + b"\n"
+    except UnicodeEncodeError:  # names of files may have bytes that are no UTF-8, which JSON has as escapes only
+        return json.dumps(line, separators=(",", ":")).encode() + b"\n"
 
 
 def in_order(frames: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
