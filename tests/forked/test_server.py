@@ -16,6 +16,38 @@ def many():
 
 threading.Thread(target=many, daemon=True).start()
 """
+HASHES = """
+from warp._src.context import ModuleHasher
+from usdsdg.kernels.compilation import kernel_modules
+from usdsdg.warp_start import quiet_warp
+from usdsdg_render.kernels.labels.label_kernels import label_pixels
+
+quiet_warp()
+kept = ModuleHasher.hash_adjoint
+for module in [label_pixels.module, *kernel_modules("usdsdg_physics.guards")]:
+    assert module.kernels
+    found = []
+    for ModuleHasher.hash_adjoint in (kept, kept.__wrapped__):
+        module.mark_modified()
+        found.append(module.get_module_hash(1))
+    assert found[0] == found[1]
+"""
+ENDING = """
+import ctypes, sys
+
+ctypes.CDLL(None).printf(b"held back")
+sys.exit(3)
+"""
+
+
+def test_hashes_of_kernels_that_are_kept_are_those_that_warp_makes(tmp_path: Path) -> None:
+    done = run(["-c", HASHES], cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_libraries_hold_back_is_printed_and_the_exit_code_is_told(tmp_path: Path) -> None:
+    done = run(["-c", ENDING], cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (3, "held back", "")
 
 
 def test_daemon_threads_find_modules_whole_until_they_end(tmp_path: Path) -> None:
