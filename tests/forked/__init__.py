@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from tests.forked.client import ask, told
+from tests.forked.client import EXECUTABLE, ask, told
 from tests.signaled import heed_signals
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -76,7 +76,7 @@ def run(
     timeout: float = 280,
     fresh: bool = False,
 ) -> subprocess.CompletedProcess[str]:
-    """Run `python ARGUMENTS` and return what it has printed.
+    """Run `python ARGUMENTS` and return what it has printed; what it starts by `sys.executable` are forks, too.
 
     fresh: as a process that imports everything itself, for programs that set what libraries read when they are loaded.
 
@@ -84,10 +84,13 @@ def run(
         subprocess.TimeoutExpired: it took longer than `timeout` [s], and was killed.
     """
     python = [sys.executable] if fresh else command()
+    environment = os.environ if env is None else env
+    if not fresh and hasattr(os, "pidfd_open"):
+        environment = {**environment, EXECUTABLE: executable()}
     return subprocess.run(
         [*python, *arguments],
         cwd=cwd,
-        env=env,
+        env=environment,
         capture_output=True,
         text=True,
         timeout=timeout,
