@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import atexit
 import functools
+import io
+import locale
 import os
 import select
+import selectors
 import shlex
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
@@ -83,19 +87,49 @@ def run(
     Raises:
         subprocess.TimeoutExpired: it took longer than `timeout` [s], and was killed.
     """
-    python = [sys.executable] if fresh else command()
-    environment = os.environ if env is None else env
     if not fresh and hasattr(os, "pidfd_open"):
-        environment = {**environment, EXECUTABLE: executable()}
+        return _run_fork(list(arguments), cwd, os.environ if env is None else env, timeout)
     return subprocess.run(
-        [*python, *arguments],
+        [sys.executable, *arguments],
         cwd=cwd,
-        env=environment,
+        env=env,
         capture_output=True,
         text=True,
         timeout=timeout,
         preexec_fn=heed_signals,
     )
+
+
+def _run_fork(
+    arguments: list[str], folder: Path, variables: Mapping[str, str], timeout: float
+) -> subprocess.CompletedProcess[str]:
+    """Do what `subprocess.run` does with the client, which would start one process more."""
+    variables = {**variables, EXECUTABLE: executable()}  # starts the server, which is no time of the program
+    until = time.monotonic() + timeout
+    outputs, ends = zip(os.pipe(), os.pipe(), strict=True)
+    printed = {output: b"" for output in outputs}
+    with open(os.devnull) as nothing, selectors.DefaultSelector() as open_outputs:
+        streams = [nothing.fileno(), *ends]
+        connection = ask(server(), arguments, os.path.abspath(folder), streams, variables)
+        for end in ends:
+            os.close(end)
+        with connection:  # whose end kills the fork
+            told(connection)
+            for output in outputs:
+                open_outputs.register(output, selectors.EVENT_READ)
+            while open_outputs.get_map():
+                ready = open_outputs.select(max(0.0, until - time.monotonic()))
+                if not ready:
+                    raise subprocess.TimeoutExpired(arguments, timeout)
+                for key, _ in ready:
+                    data = os.read(key.fd, 1 << 16)
+                    printed[key.fd] += data
+                    if not data:
+                        open_outputs.unregister(key.fd)
+                        os.close(key.fd)
+            code = int(told(connection))
+    texts = [io.TextIOWrapper(io.BytesIO(data), encoding=locale.getencoding()).read() for data in printed.values()]
+    return subprocess.CompletedProcess(arguments, code, *texts)
 
 
 class Fork:
