@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from tests import forked
 from usdsdg import warp_start
 
 SCRIPT = """
@@ -45,7 +46,7 @@ def test_warp_says_nothing_where_there_is_no_gpu():
 )
 def test_wrappers_whose_arrays_are_warps_start_it_without_a_word(use):
     script = f"import usdsdg.compat; usdsdg.compat.install()\n{use}"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = forked.run(["-c", script], cwd=forked.ROOT)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

@@ -1,11 +1,12 @@
 """A script may remove or move its own output folder after its last file."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests import forked
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = """
@@ -52,16 +53,28 @@ if "copy" in sys.argv:
     shutil.copytree(sys.argv[1], sys.argv[1] + " moved/out")
     shutil.rmtree(sys.argv[1])
 """
-PROGRAMS = {"python": [sys.executable], "usdsdg run": [sys.executable, "-m", "usdsdg", "run"]}
+PROGRAMS = {"python": [], "usdsdg run": ["-m", "usdsdg", "run"]}
 
 
 def run(program, script, *arguments):
-    command = [*PROGRAMS[program], str(script), *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    return forked.run([*PROGRAMS[program], str(script), *map(str, arguments)], cwd=ROOT)
 
 
 def files_below(folder):
-    return {each.relative_to(folder): each.read_bytes() for each in folder.rglob("*") if each.is_file()}
+    return {each.relative_to(folder) for each in folder.rglob("*") if each.is_file()}
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """The files that each program leaves where the folder stays as it is."""
+    found = {}
+    for program in PROGRAMS:
+        folder = tmp_path_factory.mktemp("kept")
+        (folder / "script.py").write_text(MOVED)
+        done = run(program, folder / "script.py", folder / "out", "stay")
+        assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
+        found[program] = files_below(folder / "out")
+    return found
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
@@ -77,39 +90,34 @@ def test_a_temporary_folder_is_no_error_at_the_end(program, tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="the system does not tell where an open file was moved")
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_a_folder_that_was_moved_is_the_dataset_that_stays(program, tmp_path):
+def test_a_folder_that_was_moved_is_the_dataset_that_stays(kept, program, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(MOVED)
-    kept, moved = tmp_path / "kept" / "out", tmp_path / "moved" / "out"
-    for folder, *words in ((kept, "stay"), (moved, "move")):
-        done = run(program, script, folder, *words)
-        assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
+    moved = tmp_path / "moved" / "out"
+    done = run(program, script, moved, "move")
+    assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
     assert not moved.exists()
     moved = moved.with_name("out moved")
     assert sorted(each.name for each in moved.iterdir()) == ["BasicWriter", "CocoWriter"]
-    assert files_below(kept).keys() == files_below(moved).keys()
-    verified = subprocess.run(
-        [sys.executable, "-m", "usdsdg", "verify", str(moved)], cwd=ROOT, capture_output=True, text=True, timeout=120
-    )
+    assert files_below(moved) == kept[program]
+    verified = forked.run(["-m", "usdsdg", "verify", str(moved)], cwd=ROOT)
     assert verified.returncode == 0, verified.stdout
     assert verified.stdout.count("0 faults") == 2
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="open files cannot be removed there")
 @pytest.mark.parametrize(("program", "how"), [("python", "disk"), ("usdsdg run", "disk"), ("usdsdg run", "copy")])
-def test_a_folder_that_was_moved_to_another_disk_is_the_dataset_that_stays(program, how, tmp_path):
+def test_a_folder_that_was_moved_to_another_disk_is_the_dataset_that_stays(kept, program, how, tmp_path):
     script = tmp_path / "script.py"
     script.write_text(MOVED)
-    kept, gone, moved = tmp_path / "kept/out", tmp_path / "gone/out", tmp_path / "gone/out moved/out"
-    for folder, word in ((kept, "stay"), (gone, how)):
-        done = run(program, script, folder, word)
-        assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
+    gone, moved = tmp_path / "gone/out", tmp_path / "gone/out moved/out"
+    done = run(program, script, gone, how)
+    assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
     assert not gone.exists()
-    assert files_below(kept).keys() == files_below(moved).keys()
+    assert files_below(moved) == kept[program]
     recipe = Path("BasicWriter/.usdsdg/recipe.json")
     assert json.loads((moved / recipe).read_bytes())["frames"] == 2
     last = (moved / "CocoWriter/.usdsdg/journal.jsonl").read_text().splitlines()[-1]
     assert json.loads(last)["complete"]
-    command = [sys.executable, "-m", "usdsdg", "verify", "--files", str(moved)]
-    verified = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    verified = forked.run(["-m", "usdsdg", "verify", "--files", str(moved)], cwd=ROOT)
     assert verified.returncode == 0, verified.stdout

@@ -1,13 +1,11 @@
 """`usdsdg new`: what it writes is read without a problem, and is never written over something else."""
 
-import subprocess
-import sys
-
 import pytest
 import yaml
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
+from tests import forked
 from usdsdg.cli.app import app
 from usdsdg.cli.commands.new import SCHEMA, Kind, write_starting_point
 from usdsdg.errors import OutputNotWritable
@@ -30,7 +28,7 @@ def test_a_script_runs_as_it_is(tmp_path):
     assert write_starting_point(Kind.SCRIPT, path) == [str(path), f"next: usdsdg run '{path}'"]
     text = path.read_text().replace("(320, 240)", "(32, 24)").replace("num_frames=10", "num_frames=2")
     path.write_text(text.replace('"_out_script"', repr(str(tmp_path / "out"))))
-    done = subprocess.run([sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=200)
+    done = forked.run([str(path)], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "warning" not in done.stderr.lower()
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2

@@ -1,7 +1,6 @@
 """Options that all commands refuse before any work, and the texts of their help."""
 
 import importlib.util
-import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import usdsdg as rep
+from tests import forked
 from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.app import app
 from usdsdg.cli.options.optional_values import completed
@@ -165,6 +165,6 @@ def test_a_working_folder_that_was_removed_is_told(tmp_path, command):
         f"sys.argv = ['usdsdg', {command!r}, {str(tmp_path / what)!r}]\n"
         "from usdsdg.cli.program import main; main()"
     )
-    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path / "gone", capture_output=True, text=True)
+    done = forked.run(["-c", program], cwd=tmp_path / "gone")
     assert done.returncode == 1
     assert done.stderr == "error: the working folder of this shell was removed; change to one that is there (cd)\n"

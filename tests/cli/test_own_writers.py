@@ -69,7 +69,7 @@ for frame in range(4):
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     (folder / "script.py").write_text(SCRIPT)
-    done = go(folder)
+    done = go(folder, fresh=True)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -79,8 +79,8 @@ def copied(made, tmp_path):
     return shutil.copytree(made, tmp_path / "copy")
 
 
-def go(folder, *options):
-    return run(["-m", "usdsdg", "run", "-q", *options, str(folder / "script.py"), str(folder / "out")], fresh=True)
+def go(folder, *options, fresh=False):
+    return run(["-m", "usdsdg", "run", "-q", *options, str(folder / "script.py"), str(folder / "out")], fresh=fresh)
 
 
 def test_a_whole_dataset_that_is_gone_on_with_stays_as_it_is(made, copied):

@@ -183,7 +183,7 @@ def test_frames_that_only_some_formats_have_are_made_again(tmp_path):
     script = FORMATS.replace("writer.attach(product)", options).replace("range(2)", "range(3)")
     (tmp_path / "script.py").write_text(script)
     command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", str(tmp_path / "script.py"), str(tmp_path / "out")]
-    done = run(command, fresh=True)
+    done = run(command)
     assert done.returncode == 0, done.stderr
     done = reproduce(tmp_path / "out", "--frames", "1")
     assert done.returncode == 0, done.stderr + done.stdout
@@ -229,7 +229,7 @@ rep.orchestrator.step()
 def test_a_script_that_is_edited_while_it_runs_is_kept_as_it_began(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(EDITED)
-    done = run(["-m", "usdsdg", "run", "-q", str(script), str(tmp_path / "out")], fresh=True)
+    done = run(["-m", "usdsdg", "run", "-q", str(script), str(tmp_path / "out")])
     assert done.returncode == 0, done.stderr
     assert script.read_text() != EDITED
     assert (tmp_path / "out/.usdsdg/source/script.py").read_text() == EDITED

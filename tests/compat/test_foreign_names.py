@@ -1,12 +1,11 @@
 """Names that are known and not here: they import, and say what they are or where their work is done."""
 
-import subprocess
-import sys
 import textwrap
 from typing import Any, cast
 
 import pytest
 
+from tests import forked
 from usdsdg.compat import finder, foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
@@ -25,7 +24,7 @@ def run(code: str) -> str:
             print("nothing")
     """
     program = textwrap.dedent(head) + textwrap.dedent(code)
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    done = forked.run(["-c", program], cwd=forked.ROOT)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

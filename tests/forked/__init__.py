@@ -7,17 +7,21 @@ from __future__ import annotations
 
 import atexit
 import functools
+import io
+import locale
 import os
 import select
+import selectors
 import shlex
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from tests.forked.client import ask, told
+from tests.forked.client import EXECUTABLE, ask, told
 from tests.signaled import heed_signals
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -76,16 +80,17 @@ def run(
     timeout: float = 280,
     fresh: bool = False,
 ) -> subprocess.CompletedProcess[str]:
-    """Run `python ARGUMENTS` and return what it has printed.
+    """Run `python ARGUMENTS` and return what it has printed; what it starts by `sys.executable` are forks, too.
 
     fresh: as a process that imports everything itself, for programs that set what libraries read when they are loaded.
 
     Raises:
         subprocess.TimeoutExpired: it took longer than `timeout` [s], and was killed.
     """
-    python = [sys.executable] if fresh else command()
+    if not fresh and hasattr(os, "pidfd_open"):
+        return _run_fork(list(arguments), cwd, os.environ if env is None else env, timeout)
     return subprocess.run(
-        [*python, *arguments],
+        [sys.executable, *arguments],
         cwd=cwd,
         env=env,
         capture_output=True,
@@ -93,6 +98,38 @@ def run(
         timeout=timeout,
         preexec_fn=heed_signals,
     )
+
+
+def _run_fork(
+    arguments: list[str], folder: Path, variables: Mapping[str, str], timeout: float
+) -> subprocess.CompletedProcess[str]:
+    """Do what `subprocess.run` does with the client, which would start one process more."""
+    variables = {**variables, EXECUTABLE: executable()}  # starts the server, which is no time of the program
+    until = time.monotonic() + timeout
+    outputs, ends = zip(os.pipe(), os.pipe(), strict=True)
+    printed = {output: b"" for output in outputs}
+    with open(os.devnull) as nothing, selectors.DefaultSelector() as open_outputs:
+        streams = [nothing.fileno(), *ends]
+        connection = ask(server(), arguments, os.path.abspath(folder), streams, variables)
+        for end in ends:
+            os.close(end)
+        with connection:  # whose end kills the fork
+            told(connection)
+            for output in outputs:
+                open_outputs.register(output, selectors.EVENT_READ)
+            while open_outputs.get_map():
+                ready = open_outputs.select(max(0.0, until - time.monotonic()))
+                if not ready:
+                    raise subprocess.TimeoutExpired(arguments, timeout)
+                for key, _ in ready:
+                    data = os.read(key.fd, 1 << 16)
+                    printed[key.fd] += data
+                    if not data:
+                        open_outputs.unregister(key.fd)
+                        os.close(key.fd)
+            code = int(told(connection))
+    texts = [io.TextIOWrapper(io.BytesIO(data), encoding=locale.getencoding()).read() for data in printed.values()]
+    return subprocess.CompletedProcess(arguments, code, *texts)
 
 
 class Fork:

@@ -17,14 +17,14 @@ EXECUTABLE = "USDSDG_TESTS_PYTHON"  # variable with what forks start programs wi
 PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def ask(server, arguments, folder, streams):
+def ask(server, arguments, folder, streams, variables=os.environ):
     """Ask for a fork; return the connection, over which the server tells what `told` returns.
 
     The server kills the fork when this end of the connection is closed, as by a time limit.
     """
     connection = socket.socket(socket.AF_UNIX)
     connection.connect(str(server))
-    data = json.dumps({"arguments": arguments, "folder": folder, "variables": dict(os.environ)}).encode()
+    data = json.dumps({"arguments": arguments, "folder": folder, "variables": dict(variables)}).encode()
     socket.send_fds(connection, [f"{len(data):8}".encode()], streams)
     connection.sendall(data)
     return connection

@@ -9,6 +9,7 @@ not repeat is the import of modules, so tests of that need processes of their ow
 import atexit
 import contextlib
 import ctypes
+import functools
 import gc
 import importlib
 import json
@@ -19,6 +20,8 @@ import select
 import signal
 import socket
 import sys
+from collections.abc import Iterator
+from pathlib import Path
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
@@ -27,6 +30,9 @@ from tests.forked.client import EXECUTABLE, NUMBER, STREAMS
 MODULES = (
     "usdsdg.cli.app", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
     "usdsdg.capture", "usdsdg.writers.formats", "usdsdg.verify.verify", "usdsdg.inspect", "usdsdg.scenarios.jobs",
+    "usdsdg.cli.program", "usdsdg.cli.script.config_file", "usdsdg.cli.script.outcome", "usdsdg.cli.script.remarks",
+    "usdsdg.annotators.pixels.look_up_kernels", "usdsdg.annotators.pixels.pixel_runs", "usdsdg.datasets.on_disk",
+    "usdsdg.writers.aggregates", "usdsdg.writers.backends.io_queue", "usdsdg.writers.backends.job",
     "trimesh", "newton",
 )  # fmt: skip
 # All of their modules, of which scenes need some or others.
@@ -121,9 +127,31 @@ def make_what_all_make() -> None:
     for load in module_loads(cpu, everything=True):
         without_bfloat16(load.module)
     prepare_newton()
-    for name in [name for name in sys.modules if name.partition(".")[0] in ("usdsdg", "newton", *ENGINES)]:
-        if (module := wp.get_module(name)).kernels:
-            module.get_module_hash(1)  # with blocks of one thread, as on a CPU
+    with hashes_kept():
+        for name in [name for name in sys.modules if name.partition(".")[0] in ("usdsdg", "newton", *ENGINES)]:
+            if (module := wp.get_module(name)).kernels:
+                module.get_module_hash(1)  # with blocks of one thread, as on a CPU
+    for library in ("warp.so", "warp-clang.so"):
+        ctypes.CDLL(str(Path(wp.__file__).with_name("bin") / library))
+
+
+@contextlib.contextmanager
+def hashes_kept() -> Iterator[None]:
+    """Keep the hashes of functions that are made meanwhile: those of modules Warp forgets where it starts."""
+    from warp._src.context import ModuleHasher
+
+    made, kept = ModuleHasher.hash_adjoint, {}
+
+    @functools.wraps(made)
+    def known_or_made(hasher: Any, adjoint: Any) -> bytes:
+        return kept[adjoint] if adjoint in kept else made(hasher, adjoint)
+
+    def keep(hasher: Any, adjoint: Any) -> bytes:
+        return kept.setdefault(adjoint, known_or_made(hasher, adjoint))
+
+    ModuleHasher.hash_adjoint = keep
+    yield
+    ModuleHasher.hash_adjoint = known_or_made
 
 
 def note_modules() -> None:
@@ -158,6 +186,16 @@ class KeptModules:
                 held[key] = None
 
 
+def leave_libraries() -> None:
+    """Have the process end without the destructors of C++ libraries, which take as long as a short program.
+
+    The GNU C library calls what was registered last first, so that libraries that a fork loads itself still end.
+    """
+    libc = ctypes.CDLL(None)
+    libc.on_exit(libc._exit, None)  # with the exit code
+    libc.on_exit(libc.fcloseall, None)
+
+
 def keep_modules() -> None:
     """Have modules kept where Python begins to take them apart, by which time daemon threads run no more.
 
@@ -178,6 +216,7 @@ def main() -> None:
             importlib.import_module(module.name)
     make_what_all_make()
     note_modules()
+    leave_libraries()
     gc.freeze()  # else every fork walks all of these modules, and copies their memory with that
     gc.enable()
     signal.signal(signal.SIGCHLD, reap)

@@ -2,13 +2,12 @@
 
 import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import warp as wp
 
+from tests import forked
 from tests.sampled_cases import sampled
 from usdsdg import errors
 from usdsdg.kernels import cache
@@ -37,14 +36,28 @@ def run(folder):
     file = folder / "program.py"
     file.write_text(PROGRAM)
     environment = {**os.environ, "WARP_CACHE_PATH": str(folder / "cache"), "PYTHONPATH": str(Path(__file__).parents[2])}
-    done = subprocess.run([sys.executable, file], env=environment, capture_output=True, text=True, timeout=120)
+    done = forked.run([str(file)], cwd=folder, env=environment, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """A folder with a cache that one program has filled, and what that has printed."""
+    folder = tmp_path_factory.mktemp("compiled")
+    return folder, run(folder)
+
+
+@pytest.fixture
+def made(compiled, tmp_path):
+    """What the program prints whose cache is copied to the folder of the test."""
+    folder, printed = compiled
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    return printed
+
+
 @pytest.mark.parametrize(("suffix", "part"), sampled([("*.o", 0.5), ("*.meta", 0.5), ("*.o", 0), ("*.meta", 0)], 2))
-def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
-    made = run(tmp_path)
+def test_a_cut_file_of_the_cache_is_made_again(made, tmp_path, suffix, part):
     assert made == ("[0 1 2 3]\n", "")
     (file,) = (tmp_path / "cache").rglob(suffix)
     whole = file.read_bytes()
@@ -57,8 +70,7 @@ def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
 
 
 @pytest.mark.parametrize("place", sampled([0.3, 0.6]))
-def test_a_file_of_the_cache_with_a_flipped_bit_is_made_again(tmp_path, place):
-    made = run(tmp_path)
+def test_a_file_of_the_cache_with_a_flipped_bit_is_made_again(made, tmp_path, place):
     (file,) = (tmp_path / "cache").rglob("*.o")
     whole = file.read_bytes()
     position = int(place * len(whole))
@@ -70,8 +82,7 @@ def test_a_file_of_the_cache_with_a_flipped_bit_is_made_again(tmp_path, place):
     assert run(tmp_path) == made
 
 
-def test_kernels_of_programs_without_checksums_are_loaded(tmp_path):
-    made = run(tmp_path)
+def test_kernels_of_programs_without_checksums_are_loaded(made, tmp_path):
     (kept,) = (tmp_path / "cache").rglob("*.crc32")
     kept.unlink()
     assert run(tmp_path) == made

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, fallen, mesh, new_stage, physics_material, playing, position, set_value, velocity
+from tests.sampled_cases import crossed
 from usdsdg import errors
 
 STEP = 1 / 60
@@ -26,8 +27,7 @@ def _stage():
     return stage
 
 
-@pytest.mark.parametrize("kinematic", [True, False])
-@pytest.mark.parametrize("kind", ["Cube", "Mesh"])
+@pytest.mark.parametrize(("kinematic", "kind"), crossed([True, False], ["Cube", "Mesh"]))
 def test_a_sampled_platform_carries_a_box(kinematic, kind):
     stage = _stage()
     material = physics_material(stage, "/World/m", friction=0.8)

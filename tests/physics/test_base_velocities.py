@@ -10,6 +10,7 @@ from pxr import Gf, UsdPhysics
 
 from tests.physics.mechanisms import joint
 from tests.physics.scenes import add, new_stage, playing, position, velocity
+from tests.sampled_cases import crossed
 
 STEP = 1 / 60
 GIVEN = (0.3, 1.0, 0.0)
@@ -37,8 +38,7 @@ def _give(body) -> None:
     UsdPhysics.RigidBodyAPI(body).CreateVelocityAttr(Gf.Vec3f(*GIVEN))
 
 
-@pytest.mark.parametrize("when", ["before", "playing"])
-@pytest.mark.parametrize("base", [0, 1, 2])
+@pytest.mark.parametrize(("when", "base"), crossed(["before", "playing"], [0, 1, 2]))
 def test_the_base_of_an_articulation_takes_its_links_along(base, when):
     stage, bodies = _chain(PATHS[base])
     for body in bodies:  # As in stages that were saved while they did not move.
@@ -94,8 +94,9 @@ def test_bodies_outside_of_articulations_share_their_momentum(body, when):
     assert np.radians(spins) == pytest.approx(expected[:, 2], abs=2e-3)
 
 
-@pytest.mark.parametrize("others", ["", "a mass", "a mass, beside another body"])
-@pytest.mark.parametrize("base", ["floats", "articulation", "fixed"])
+@pytest.mark.parametrize(
+    ("others", "base"), crossed(["", "a mass", "a mass, beside another body"], ["floats", "articulation", "fixed"])
+)
 def test_a_base_that_is_put_somewhere_takes_its_links_along(base, others, recwarn):
     """Also where a mass is set in the same frame, as randomizers do: links stayed, and the robot went between both."""
     stage, bodies = _chain(*PATHS[: base != "floats"])

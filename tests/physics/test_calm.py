@@ -160,8 +160,9 @@ def test_each_carries_a_heavier_one(ratio):
         assert position(body) == pytest.approx([0, 0, 0.1 + 0.2 * k], abs=8e-3)
 
 
-@pytest.mark.parametrize("masses", [(1, 11, 21, 31, 41, 51), (1, 15, 15, 15, 15, 15)])
-@pytest.mark.parametrize("kind", ["Cube", "Cylinder"])
+@pytest.mark.parametrize(
+    ("masses", "kind"), crossed([(1, 11, 21, 31, 41, 51), (1, 15, 15, 15, 15, 15)], ["Cube", "Cylinder"])
+)
 def test_a_light_body_carries_a_stack_of_heavier_ones(kind, masses):
     """20 cm each; of the first masses PhysX's topmost cube is 14 mm from its place after 3 s."""
     stage = new_stage()

@@ -21,6 +21,7 @@ from tests.physics.scenes import (
     set_value,
     velocity,
 )
+from tests.sampled_cases import crossed
 from usdsdg import errors
 from usdsdg.errors import PhysicsError
 from usdsdg_physics import NewtonEngine, simulate
@@ -274,8 +275,9 @@ def test_kinematic_body_carries_what_stands_on_it():
     assert position(prim)[2] == pytest.approx(0.1, abs=2e-3)
 
 
-@pytest.mark.parametrize("written", [True, False])
-@pytest.mark.parametrize("attribute", ["physics:kinematicEnabled", "physics:rigidBodyEnabled"])
+@pytest.mark.parametrize(
+    ("written", "attribute"), crossed([True, False], ["physics:kinematicEnabled", "physics:rigidBodyEnabled"])
+)
 def test_a_body_that_is_stopped_carries_nothing_and_begins_at_rest_when_it_is_let_go(attribute, written):
     """A kinematic body without a new pose has the velocity 0, as in PhysX."""
     stage = new_stage()

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, position, set_value
+from tests.sampled_cases import crossed
 
 HALF = 0.1
 
@@ -22,8 +23,9 @@ def _body(stage, path, at, origin, kind="Cube", *, half=HALF, velocity=(0, 0, 0)
     return add(stage, f"{path}/shape", kind, at=np.subtract(at, origin), scale=(half,) * 3, body=False)
 
 
-@pytest.mark.parametrize("origin", [(0.2, 0, 0), (0.2, 0, -3), (4, 0, 0.5)])
-@pytest.mark.parametrize("put_while_playing", [False, True])
+@pytest.mark.parametrize(
+    ("origin", "put_while_playing"), crossed([(0.2, 0, 0), (0.2, 0, -3), (4, 0, 0.5)], [False, True])
+)
 def test_what_lies_on_a_table_stays_there_wherever_its_origin_is(origin, put_while_playing):
     stage = new_stage()
     add(stage, "/World/table", at=(0, 0, 0.5), scale=(1, 1, 0.25), body=False)

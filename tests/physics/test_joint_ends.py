@@ -6,6 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import joint
 from tests.physics.scenes import add, new_stage, playing, position
+from tests.sampled_cases import crossed
 
 STEP, G = 1 / 60, 9.81
 
@@ -19,8 +20,10 @@ def _fixed(stage: Usd.Stage, bodies=("", ""), at0=(0, 0, 0), at1=(0, 0, 0), kind
     return made
 
 
-@pytest.mark.parametrize("first", [True, False])
-@pytest.mark.parametrize("name", ["/nowhere", "/World/nowhere", "/World/inactive", "/World/inactive/below"])
+@pytest.mark.parametrize(
+    ("first", "name"),
+    crossed([True, False], ["/nowhere", "/World/nowhere", "/World/inactive", "/World/inactive/below"]),
+)
 def test_the_world_takes_the_place_of_a_prim_that_is_missing(name, first):
     """A body of 0.2 m, fixed to what is none: held at the joint's point of the world, and said once."""
     stage = new_stage()

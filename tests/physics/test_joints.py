@@ -15,6 +15,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import angle, drive, free_axes, joint, limit, rod, rotation
 from tests.physics.scenes import add, new_stage, playing, position, set_value, velocity
+from tests.sampled_cases import crossed
 from usdsdg.errors import UsdsdgWarning
 
 G, STEP = 9.81, 1.0 / 60.0
@@ -481,8 +482,7 @@ def test_what_is_added_while_playing_does_not_disturb_joints():
     assert position(bob)[2] < 2
 
 
-@pytest.mark.parametrize("ends", [("", "/World/wheel"), ("/World/wheel", "")])
-@pytest.mark.parametrize("mass", [None, 3.0])
+@pytest.mark.parametrize(("ends", "mass"), crossed([("", "/World/wheel"), ("/World/wheel", "")], [None, 3.0]))
 def test_whole_turns_of_a_hinge_are_kept_where_physics_reads_the_stage_again(ends, mass):
     """A wheel at 720 degrees, which its drive holds there, does not turn back."""
     stage = new_stage()

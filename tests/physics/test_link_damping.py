@@ -8,6 +8,7 @@ from pxr import Gf, Sdf, UsdPhysics
 
 from tests.physics.mechanisms import free_axes, joint
 from tests.physics.scenes import add, new_stage, playing
+from tests.sampled_cases import crossed
 
 STEP, SECONDS = 1.0 / 60.0, 1.0
 
@@ -62,8 +63,7 @@ def test_links_that_float_turn_less_against_each_other_and_keep_their_momentum()
     assert second - first == pytest.approx(np.radians(90) * np.exp(-4.0 * SECONDS), rel=0.08)
 
 
-@pytest.mark.parametrize("slides", [("transX",), ("transX", "transY", "transZ")])
-@pytest.mark.parametrize("rate", [60.0, 240.0])
+@pytest.mark.parametrize(("slides", "rate"), crossed([("transX",), ("transX", "transY", "transZ")], [60.0, 240.0]))
 def test_bodies_that_slide_on_each_other_while_they_turn_keep_their_momentum(slides, rate):
     """In free space, without damping: the joint transmits forces across the slide, and momentum is m v of both."""
     stage = new_stage()

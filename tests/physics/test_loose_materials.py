@@ -6,6 +6,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.scenes import add, new_stage, physics_material, playing, position, set_value, warnings_of
+from tests.sampled_cases import crossed
 
 
 def _ice(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
@@ -33,8 +34,7 @@ def _sliding(stage: Usd.Stage, path: str = "/World/box") -> Usd.Prim:
     return box
 
 
-@pytest.mark.parametrize("purpose", [":physics", ""])
-@pytest.mark.parametrize("kind", ["Material", "Xform", "Scope", ""])
+@pytest.mark.parametrize(("purpose", "kind"), crossed([":physics", ""], ["Material", "Xform", "Scope", ""]))
 def test_a_material_of_any_type_acts_where_it_is_bound(kind, purpose):
     stage = new_stage()
     box = _sliding(stage)

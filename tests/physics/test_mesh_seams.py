@@ -5,6 +5,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.scenes import add, collide, mesh, new_stage, physics_material, playing, position, velocity
+from tests.sampled_cases import crossed
 
 RADIUS, SPEED = 0.05, 1.0
 
@@ -29,8 +30,7 @@ def roll(stage, kind, *, turned=None):
     return ball
 
 
-@pytest.mark.parametrize("kind", ["Sphere", "Capsule"])
-@pytest.mark.parametrize("strip_count", [1, 70])
+@pytest.mark.parametrize(("kind", "strip_count"), crossed(["Sphere", "Capsule"], [1, 70]))
 def test_a_ball_rolls_on_over_the_seams_of_a_flat_mesh(kind, strip_count):
     """It lost 71 % of its speed over 70 strips, since the edge of the next triangle was in its way."""
     stage = new_stage()

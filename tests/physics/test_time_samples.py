@@ -9,6 +9,7 @@ import pytest
 from pxr import Gf, Sdf, Ts, Usd, UsdGeom, UsdPhysics, Vt
 
 from tests.physics.scenes import add, collide, fallen, mesh, new_stage, playing, position
+from tests.sampled_cases import crossed
 from usdsdg import errors
 
 STEP = 1 / 60
@@ -227,8 +228,7 @@ def test_samples_that_a_script_records_stay_and_disturb_nothing():
     )
 
 
-@pytest.mark.parametrize("moves", ["samples", "spline", "clips"])
-@pytest.mark.parametrize("kinematic", [True, False])
+@pytest.mark.parametrize(("moves", "kinematic"), crossed(["samples", "spline", "clips"], [True, False]))
 def test_what_an_animation_moves_carries_a_box(tmp_path, moves, kinematic):
     """The box slips until friction has made it as fast: v² / (2 mu g)."""
     stage = _stage()

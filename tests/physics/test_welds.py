@@ -9,6 +9,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import joint, rod
 from tests.physics.scenes import DEVICE, add, new_stage, playing, position, set_value, velocity
+from tests.sampled_cases import crossed
 from usdsdg.errors import UsdsdgWarning
 from usdsdg_physics import NewtonEngine
 
@@ -84,8 +85,7 @@ def test_what_is_welded_to_a_moving_hand_has_its_velocity_and_flies_on_when_let_
     assert said(recwarn) == []
 
 
-@pytest.mark.parametrize("how", ["disabled", "removed", "deactivated"])
-@pytest.mark.parametrize("written", [True, False])
+@pytest.mark.parametrize(("how", "written"), crossed(["disabled", "removed", "deactivated"], [True, False]))
 def test_however_a_weld_ends_in_the_middle_of_a_motion(how, written, recwarn):
     """The hand goes on in the step that lets go, by what reads the stage again."""
     stage = new_stage()
@@ -319,15 +319,12 @@ def test_two_bodies_that_part_in_flight_keep_their_momentum():
 
 
 @pytest.mark.parametrize(
-    ("acceleration", "load"),
-    [
-        ((10.0, 0, 0), 5.0 * np.hypot(10.0, G)),
-        ((0, 0, 5.0), 5.0 * (G + 5.0)),
-    ],
+    ("pull", "excluded"),
+    crossed([((10.0, 0, 0), 5.0 * np.hypot(10.0, G)), ((0, 0, 5.0), 5.0 * (G + 5.0))], [False, True]),
 )
-@pytest.mark.parametrize("excluded", [False, True])
-def test_a_weld_breaks_under_what_accelerates_it(acceleration, load, excluded):
+def test_a_weld_breaks_under_what_accelerates_it(pull, excluded):
     """The joint bears weight and inertia, m |a - g|, of 2 kg and of the 3 kg that are welded to them."""
+    acceleration, load = pull
     for share in (1.01, 0.99):
         stage = new_stage()
         moved, held = hand(stage), item(stage, "item", (0, 0, 4.5), mass=2.0)

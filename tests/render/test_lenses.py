@@ -18,11 +18,11 @@ from usdsdg_render.labels.lens_bounds import bound_through_lens
 from usdsdg_render.settings import PathSettings
 
 EYE, TARGET = (1.0, 2.0, 0.5), (0.0, 0.3, 0.2)
-SIZE = (321, 201)
+SIZE = (161, 101)
 # Half extents of the room.
 ROOM = np.array([5.0, 6.0, 4.0])
 # Pixels: the kernels compute in single precision.
-EXACT = 1e-3
+EXACT = 5e-4
 
 
 def inside(case: dict, *, size=SIZE, **changes) -> CameraView:

@@ -21,6 +21,7 @@ import warp as wp
 
 from tests import forked
 from tests.demo_assets import share_demo_assets
+from tests.forked.client import EXECUTABLE
 
 ROOT = Path(__file__).resolve().parents[2]
 # What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
@@ -94,6 +95,8 @@ def walk(page: Path, folder: Path) -> None:
         AssertionError: a command failed, or did not print what the page says; the message names the line of the page.
     """
     variables = environment(folder, forked.command())
+    if hasattr(os, "pidfd_open"):
+        variables[EXECUTABLE] = forked.executable()
     # A fork is not the process whose number the shell knows.
     killed = environment(folder, [sys.executable])
     share_demo_assets(folder / ".cache")

@@ -80,8 +80,7 @@ def test_every_part_has_the_frames_of_the_whole(tmp_path):
 
 
 def test_a_stream_shows_what_the_writer_of_the_script_writes(tmp_path):
-    command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "--seed", "3", str(SCENE), "2"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    done = forked.run(["-m", "usdsdg", "run", "--quiet", "--seed", "3", str(SCENE), "2"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     pictures = [np.asarray(Image.open(tmp_path / f"written/rgb_{frame:04}.png")) for frame in range(2)]
     (rows, _) = streams(tmp_path, {"job": str(SCENE), "arguments": ["2"], "seed": 3})[0]

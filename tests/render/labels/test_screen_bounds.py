@@ -65,12 +65,14 @@ def test_bounds_hold_shapes_around_and_beside_the_camera():
     on_device, points = placed(np.random.default_rng(2), 300, 2.0)
     view = scenes.view_from((0, 0, 0), (1, 0.2, 0.1), size=(640, 480), clipping_range=(0.01, 100))
     lower, upper = screen_bounds(on_device, view, 300)
+    # Also points inside the triangles, because some corners lie behind the camera.
+    rng = np.random.default_rng(3)
+    numbers = [len(shape.triangles) for shape in SHAPES]
+    mixed = [rng.dirichlet(np.full(3, 0.3), (number, max(2, 2000 // number))) for number in numbers]
     bounded = 0
     for k, shape in enumerate(points):
-        # Also points inside the triangles, because some corners lie behind the camera.
-        mixed = np.random.default_rng(k).dirichlet(np.full(3, 0.3), (len(SHAPES[k % 2].triangles), 20))
         corners = shape[SHAPES[k % 2].triangles]
-        inside = (mixed @ corners).reshape(-1, 3)
+        inside = (mixed[k % 2] @ corners).reshape(-1, 3)
         _, depth = view.project(inside)
         ahead = inside[depth > 0.01]
         if len(ahead):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-STEPS = 700
+# With 700 steps, which take 40 times as long, no irradiance of these tests is another by more than 0.12 %.
+STEPS = 250
 
 
 def patches(kind: str, **size) -> tuple[np.ndarray, np.ndarray]:

@@ -52,8 +52,7 @@ def test_a_diffuse_floor_receives_the_irradiance_of_the_dome(seed):
     np.testing.assert_allclose(floor_seen(matt, dome, bounces=1), expected, rtol=0.01)
 
 
-@pytest.mark.parametrize(("bounces", "roughness"), crossed([1, 2], [0.12, 0.3, 0.6, 1.0]))
-@pytest.mark.parametrize("metallic", [0.0, 1.0])
+@pytest.mark.parametrize(("bounces", "roughness", "metallic"), crossed([1, 2], [0.12, 0.3, 0.6, 1.0], [0.0, 1.0]))
 def test_a_glossy_floor_reflects_the_dome_by_its_lobes(metallic, roughness, bounces):
     """Sharp lobes look up the texture and rough ones its grid; both use light sampling and BSDF sampling."""
     dome = uneven_sky(7)

@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
-from tests.sampled_cases import crossed, sampled
+from tests.sampled_cases import crossed
 from usdsdg_render.scene.scene import Dome, EmissionProfile
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
@@ -141,8 +141,9 @@ def test_rect_light_agrees_with_lamberts_polygon(pose):
     np.testing.assert_allclose(by_surface, light_oracle.lambert_polygon(corners) * lit, rtol=3e-3)
 
 
-@pytest.mark.parametrize("degrees", [0.0, 0.53, 40.0, 180.0, 270.0, 360.0])
-@pytest.mark.parametrize("tilt", [0.0, 60.0, 120.0, 180.0])
+@pytest.mark.parametrize(
+    ("degrees", "tilt"), crossed([0.0, 0.53, 40.0, 180.0, 270.0, 360.0], [0.0, 60.0, 120.0, 180.0])
+)
 def test_distant_lights_of_every_angle_light_surfaces_of_every_tilt(degrees, tilt):
     cosine = np.cos(np.radians(degrees / 2))
     tilt = np.radians(tilt)
@@ -268,18 +269,20 @@ def shaped(c: np.ndarray, *, cone=180.0, softness=0.0, focus=0.0, tint=0.0) -> n
 
 
 @pytest.mark.parametrize(
-    "shaping",
-    [
-        dict(cone=30.0),
-        dict(cone=60.0, softness=0.5),
-        dict(cone=75.0, softness=1.0),
-        dict(focus=2.0),
-        dict(focus=8.0, tint=0.3),
-        dict(cone=70.0, softness=0.3, focus=1.5, tint=0.5),
-    ],
+    ("shaping", "shape", "turn"),
+    crossed(
+        [
+            dict(cone=30.0),
+            dict(cone=60.0, softness=0.5),
+            dict(cone=75.0, softness=1.0),
+            dict(focus=2.0),
+            dict(focus=8.0, tint=0.3),
+            dict(cone=70.0, softness=0.3, focus=1.5, tint=0.5),
+        ],
+        ["sphere", "rect", "cylinder"],
+        [0.0, 40.0, 140.0],
+    ),
 )
-@pytest.mark.parametrize("shape", sampled(["sphere", "rect", "cylinder"], 2))
-@pytest.mark.parametrize("turn", sampled([0.0, 40.0, 140.0], 2))
 def test_shaping_cuts_focuses_and_tints(shape, shaping, turn):
     kind, size, values = SHAPES[shape]
     position, frame = np.array([0.3, 0.2, 2.0]), turned(turn, 10.0)
@@ -312,8 +315,7 @@ def test_spots_add_no_noise_outside_of_their_cones():
     assert together.std() < 1.5 * alone.std() + 1e-3 * alone.mean()
 
 
-@pytest.mark.parametrize("radius", [0.02, 0.5])
-@pytest.mark.parametrize("aside", [0.0, 0.7, 0.9, 1.2, 1.6])
+@pytest.mark.parametrize(("radius", "aside"), crossed([0.02, 0.5], [0.0, 0.7, 0.9, 1.2, 1.6]))
 def test_spots_emit_up_to_the_edge_of_their_cone(radius, aside):
     """Selected by weight among others, a spot gives the same irradiance as alone, also at the edge of its cone."""
     light = scenes.sphere_light(1000.0, (aside, 0, 2.0), radius, shaping_cos=np.cos(np.radians(25.0)), visible=0)
