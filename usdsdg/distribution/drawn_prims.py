@@ -25,12 +25,10 @@ class DrawnPrims:
 
     def record(self) -> Mapping[str, Any]:
         """Return the search of a saved graph that draws the same."""
-        inputs = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in self._inputs().items()}
-        arguments = {"type": self.item.node.kind, "inputs": inputs, "key": self.key, "count": self.count}
+        node = self.item.node
+        inputs = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in node.inputs.items()}
+        arguments = {"type": node.kind, "inputs": inputs, "key": self.key, "count": self.count}
         return {"kind": _SEARCH, "arguments": arguments}
-
-    def _inputs(self) -> dict[str, Any]:
-        return self.item.node.inputs
 
 
 @search(_SEARCH, by_execution=True)

@@ -219,10 +219,10 @@ def _points(column: Sequence[Any] | np.ndarray, targets: _Targets) -> np.ndarray
 
     That is where what a prim looks at, or the prim itself, moves with one that is posed.
     """
-    if isinstance(column, np.ndarray):
-        return _rows(column) if targets.are_apart else None
     if not targets.prims or not targets.are_apart:
         return None
+    if isinstance(column, np.ndarray):
+        return _rows(column)
     values = column[:1] if all(each is column[0] for each in column) else column
     posed = {prim.GetPath() for prim in targets.prims}
     for path in {path for each in values for path in _paths(plain(each))}:

@@ -311,13 +311,13 @@ class EditReader:
         edits.rebuild |= len(shapes) != collider.parts
 
     def _material_changed(self, path: str) -> bool:
-        colliders = paths_below(self._subtrees.colliders, path)
-        prims, default = [self._stage.GetPrimAtPath(name) for name in colliders], self._scene.default_material
-        materials = bound_materials(prims, self._units, default)
+        default = self._scene.default_material
         if at_or_below(self._scene.scene_path, path):
             scene_prim = self._stage.GetPrimAtPath(self._scene.scene_path)
             if default_material(scene_prim, self._units) != default:
                 return True
+        colliders = paths_below(self._subtrees.colliders, path)
+        materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units, default)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
 
 

@@ -31,9 +31,10 @@ class MeshSeams:
         is_mesh = (types == int(kinds.MESH)) & (np.ptp(scale, axis=1) <= 1e-6 * scale[:, 0])
         self._model, self._contacts = model, contacts
         self._any_round, self._any_hull = (bool(each.any() and is_mesh.any()) for each in (is_round, is_hull))
-        is_turned = np.isin(types, [int(kinds.CYLINDER), int(kinds.CONE)])
-        self._is_round, self._is_hull, self._is_mesh, self._is_turned = (
-            wp.array(each, dtype=wp.int32, device=model.device) for each in (is_round, is_hull, is_mesh, is_turned)
+        is_of_revolution = np.isin(types, [int(kinds.CYLINDER), int(kinds.CONE)])
+        self._is_round, self._is_hull, self._is_mesh, self._is_of_revolution = (
+            wp.array(each, dtype=wp.int32, device=model.device)
+            for each in (is_round, is_hull, is_mesh, is_of_revolution)
         )
 
         # The origins of meshes may be at their bottom, or far off.
@@ -54,7 +55,7 @@ class MeshSeams:
         if self._any_round:
             kernels.append((turn_to_faces, self._is_round, []))
         if self._any_hull:
-            kernels.append((turn_hulls_to_faces, self._is_hull, [self._middle, self._is_turned]))
+            kernels.append((turn_hulls_to_faces, self._is_hull, [self._middle, self._is_of_revolution]))
         for kernel, turned, more in kernels:
             wp.launch(
                 kernel,

@@ -101,7 +101,7 @@ def turn_hulls_to_faces(
     transform: wp.array[wp.transform],
     shape_body: wp.array[wp.int32],
     middle: wp.array[wp.vec3],
-    is_turned: wp.array[wp.int32],
+    is_of_revolution: wp.array[wp.int32],
     # body
     body_q: wp.array[wp.transform],
     # in and out
@@ -110,8 +110,8 @@ def turn_hulls_to_faces(
     """Give contacts of flat shapes whose normal leads along a face of the mesh, where nothing stands, that of the face.
 
     What lies on some triangles of a plane is in front of the edges of the next ones, where it would stop. What rolls
-    is held where it is lowest alone. `middle` is that of each shape, in its own frame; those that `is_turned` are round
-    about their z axis.
+    is held where it is lowest alone. `middle` is that of each shape, in its own frame; those that
+    `is_of_revolution` are round about their z axis.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -136,26 +136,23 @@ def turn_hulls_to_faces(
     at = wp.transform_point(to_mesh, point) / size
     center = wp.transform_point(to_mesh, center) / size
     below = wp.transform_point(to_mesh, on_other) / size
-    if is_turned[other] != 0:
+    face, up = at, wp.vec3(0.0, 0.0, 0.0)
+    if is_of_revolution[other] != 0:
         axis = wp.transform_vector(shape_to_world(other, transform, shape_body, body_q), wp.vec3(0.0, 0.0, 1.0))
         nearer = (NEARER + LIP_BY_SIZE * wp.length(point)) / size
-        foot, rolls_on = lower_side(
+        face, up = lower_side(
             mesh[triangles], at, normal, below, center, wp.transform_vector(to_mesh, axis), lip, nearer
         )
-        if wp.length_sq(rolls_on) > 0.0:
-            foot = below - wp.dot(below - foot, rolls_on) * rolls_on
-            rolls_on = wp.transform_vector(to_world, rolls_on)
-            foot = wp.transform_point(to_world, foot * size) - APART * rolls_on
-            turn(contact, side, rolls_on, foot, shape_body[triangles], body_q, contacts)
-            return
-    at, up = level_face(mesh[triangles], at, normal, center, lip, beside)
+    rolls = wp.length_sq(up) > 0.0
+    if not rolls:
+        face, up = level_face(mesh[triangles], at, normal, center, lip, beside)
     if wp.length_sq(up) == 0.0:
         return
     # Beyond the edge of the mesh nothing holds the other shape.
-    below = below - wp.dot(below - at, up) * up
-    if not wp.mesh_query_point_no_sign(mesh[triangles], below, beside).result:
+    below = below - wp.dot(below - face, up) * up
+    if not rolls and not wp.mesh_query_point_no_sign(mesh[triangles], below, beside).result:
         return
-    holds = wp.dot(normal, up) >= HOLDS
+    holds = not rolls and wp.dot(normal, up) >= HOLDS
     up = wp.transform_vector(to_world, up)
     nearest_point = wp.transform_point(to_world, below * size)
     if not holds:

@@ -1,8 +1,7 @@
 """Rotations that make cameras, lights and other prims look at a point.
 
 `look_at_rotations` is the computation, for whole batches; `look_at_quaternions`, `author_look_at` and `author_look_ats`
-apply it to prims.
-`look_at_matrix` is the plain camera matrix, which refuses a view along the up direction.
+apply it to prims. `look_at_matrix` is the plain camera matrix, which refuses a view along the up direction.
 """
 
 from collections.abc import Sequence
@@ -152,12 +151,7 @@ def author_look_at(
     author_pose(prim, rotate_xyz=Gf.Vec3d(*angles.tolist()))
 
 
-def author_look_ats(
-    prims: Sequence[Usd.Prim],
-    points: ArrayLike,
-    up: ArrayLike,
-    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
-) -> None:
+def author_look_ats(prims: Sequence[Usd.Prim], points: ArrayLike, up: ArrayLike, time: Usd.TimeCode) -> None:
     """Do what `author_look_at` does for each of N prims of one stage, none of which is below another one.
 
     Args:
@@ -186,8 +180,7 @@ def _look_at_angles(
         # The child camera of a Replicator camera object is rotated against the object; undo that rotation.
         if (camera := _camera_in_object(prim)) is not None:
             to_world = camera.GetInverse() * to_world
-        above = parent_in(cache, prim)
-        matrices.append(as_array(to_world * above.GetInverse()))
+        matrices.append(as_array(to_world * parent_in(cache, prim).GetInverse()))
     return euler_xyz_from_quat(decompose(np.stack(matrices)).rotation)
 
 

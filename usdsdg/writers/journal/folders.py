@@ -103,7 +103,8 @@ class DatasetFolder:
             self.end_sharing()
             if isinstance(error, UsdsdgError) or not isinstance(error, OSError):
                 raise
-            raise not_writable(Path(str(error.filename or self.path)), error) from error  # that may not be removed
+            # Such as a file of an earlier run that this user may not remove.
+            raise not_writable(Path(str(error.filename or self.path)), error) from error
         self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
@@ -333,7 +334,7 @@ def check(
             )
         return
     if mode is Mode.RESUME and portion is None and is_half_removed(place, path / BESIDE):
-        return  # of which nothing could be resumed, so it is in the way of no other recipe
+        return  # the earlier run is being removed and has no frame to resume, so its recipe may be another one
     differences = wanted.differences(earlier)
     if portion is not None and mode is not Mode.RESUME:
         _check_room_for_part(path, there, mode, portion, differences)
