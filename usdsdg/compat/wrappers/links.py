@@ -11,8 +11,8 @@ from usdsdg.articulations import dynamics
 from usdsdg.articulations.joint_tree import JointTree
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.wrappers import bodies, poses
-from usdsdg.compat.wrappers.joint_properties import JointProperties
-from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.joints.properties import JointProperties
+from usdsdg.compat.wrappers.joints.rows import JointRows
 from usdsdg.errors import BadValue, Unsupported
 from usdsdg.session import body_velocities, engines
 from usdsdg.session.stage_context import current_stage

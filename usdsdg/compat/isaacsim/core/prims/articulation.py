@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.prims.articulation_switches import Articulation
 from usdsdg.compat.isaacsim.core.utils.types import JointsState
 from usdsdg.compat.wrappers import bodies, poses
 from usdsdg.compat.wrappers.arrays import chosen, grid, pose_rows, rows
-from usdsdg.compat.wrappers.joints import WHY
+from usdsdg.compat.wrappers.joints.rows import WHY
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 from usdsdg.session import body_velocities
 

@@ -11,9 +11,9 @@ import numpy as np
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 from usdsdg.compat.omni.physics.tensors import DofType
 from usdsdg.compat.wrappers.arrays import chosen, grid
-from usdsdg.compat.wrappers.joint_drives import JointDrives
-from usdsdg.compat.wrappers.joint_properties import JointProperties
-from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.joints.drives import JointDrives
+from usdsdg.compat.wrappers.joints.properties import JointProperties
+from usdsdg.compat.wrappers.joints.rows import JointRows
 
 if TYPE_CHECKING:
     from usdsdg.compat.wrappers.arrays import Indices, Values

@@ -11,7 +11,7 @@ from usdsdg.compat.isaacsim.core.prims.articulation import Articulation
 from usdsdg.compat.isaacsim.core.prims.single_xform_prim import SingleXFormPrim
 from usdsdg.compat.isaacsim.core.utils.types import ArticulationAction, JointsState
 from usdsdg.compat.wrappers.bindings import wrapper_class
-from usdsdg.compat.wrappers.joints import WHY
+from usdsdg.compat.wrappers.joints.rows import WHY
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 

@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.experimental.prims.articulation_settings import
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import _pose_rows
 from usdsdg.compat.wrappers import articulation_roots, bodies, poses
 from usdsdg.compat.wrappers.arrays import chosen, grid, rows_or_none
-from usdsdg.compat.wrappers.joints import WHY
+from usdsdg.compat.wrappers.joints.rows import WHY
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 from usdsdg.session import body_velocities

@@ -11,9 +11,9 @@ import numpy as np
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
 from usdsdg.compat.omni.physics.tensors import DofType, JointType
 from usdsdg.compat.wrappers.arrays import chosen, grid
-from usdsdg.compat.wrappers.joint_drives import JointDrives
-from usdsdg.compat.wrappers.joint_properties import JointProperties
-from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.joints.drives import JointDrives
+from usdsdg.compat.wrappers.joints.properties import JointProperties
+from usdsdg.compat.wrappers.joints.rows import JointRows
 
 if TYPE_CHECKING:
     import warp as wp

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg.compat.used_stage import current_stage
-from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.joints.rows import JointRows
 from usdsdg.compat.wrappers.runtime_values import keep_joint_until_stop
 from usdsdg.stage.physics.joints import Joint
 from usdsdg.stage.schemas import physx

@@ -14,7 +14,7 @@ from pxr import UsdPhysics
 from usdsdg.articulations.articulation import read_drive
 from usdsdg.articulations.joint_tree import drive_of
 from usdsdg.compat.used_stage import current_stage
-from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.joints.rows import JointRows
 from usdsdg.compat.wrappers.runtime_values import keep_joint_until_stop
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import Joint

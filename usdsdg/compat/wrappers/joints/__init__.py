@@ -1,0 +1,1 @@
+"""Joints of articulations as arrays with one row per robot: their rows, drives and properties."""
