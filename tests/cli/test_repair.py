@@ -217,6 +217,7 @@ def test_an_interrupted_repair_keeps_what_it_has_and_the_next_one_goes_on(whole,
 
 TWO_FRAMES = """
 import os, sys
+os.environ["CUDA_VISIBLE_DEVICES"] = ""  # pictures are repaired on the CPU
 import usdsdg as rep
 rep.create.light(light_type="dome")
 rep.create.cube()

@@ -310,6 +310,7 @@ def test_an_interrupt_at_any_step_gives_the_turn_back():
     steps = 0
     for at in itertools.count(1):
         interrupts, before = _Interrupts(at), sys.gettrace()
+        sys._getframe().f_trace_opcodes = True  # without which Python 3.12 traces no steps of other frames
         sys.settrace(interrupts)
         try:
             outer()

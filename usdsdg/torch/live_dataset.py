@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import torch  # pyright: ignore[reportMissingImports]
-import warp as wp
 from torch.utils.data import (  # pyright: ignore[reportMissingImports]
     IterableDataset,
     get_worker_info,
@@ -140,6 +139,8 @@ class LiveDataset(IterableDataset):
             yield self._batch_made(batch)
 
     def _batch_made(self, batch: stream.WorldBatch) -> Any:
+        import warp as wp  # loaded by then, and not by those who only import this
+
         # Not by DLPack: what Warp then calls once a tensor is gone fails where an exception is on its way, as where a
         # generator is closed that holds the tensor.
         pictures = {key: wp.to_torch(array).to(self.device) for key, array in batch.arrays.items()}

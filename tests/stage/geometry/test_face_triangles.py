@@ -61,7 +61,8 @@ def test_triangles_cover_a_concave_face_once(triangles_of, polygon, hands, tmp_p
     stage, prim = mesh(polygon, hands=hands)
     corners = np.asarray(triangles_of(stage, prim, tmp_path), np.float64)
     flat = corners[:, :, 1:]  # the face leans along x
-    areas = np.cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]) / 2
+    (x1, y1), (x2, y2) = (flat[:, 1] - flat[:, 0]).T, (flat[:, 2] - flat[:, 0]).T
+    areas = (x1 * y2 - y1 * x2) / 2
     shoelace = sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in zip(polygon, [*polygon[1:], polygon[0]])) / 2
     assert len(areas) == len(polygon) - 2
     assert (np.sign(areas) == (1 if hands == "rightHanded" else -1)).all()
