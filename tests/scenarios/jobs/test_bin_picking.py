@@ -22,6 +22,7 @@ from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking import job
 from usdsdg.scenarios.bin_picking.bin import suiting
 from usdsdg.scenarios.bin_picking.cameras import add_cameras
+from usdsdg.scenarios.bin_picking.drop import middle_of
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.shared.mesh_folder import files_by_label, read_assets
@@ -137,6 +138,23 @@ def test_a_process_builds_and_fills_only_the_drops_of_its_frames(dataset, tmp_pa
         assert filled == drops
     usdsdg("merge", "_out_bin_picking", cwd=tmp_path)
     assert digests(tmp_path / "_out_bin_picking" / "bop") == digests(dataset)
+
+
+@pytest.mark.parametrize("seed", sampled([1, 4, 0, 2, 3, 5]))
+def test_all_parts_lie_in_the_bin(stage, tmp_path, monkeypatch, seed):
+    # Its floor is thinner than what parts fall in a step: they would get through by themselves.
+    inside, fill = [], job.fill
+
+    def noted(bin_, parts, generator, *, max_time):
+        fill(bin_, parts, generator, max_time=max_time)
+        inside.append([bin_.size.holds(middle_of(part.body)) for part in parts])
+
+    monkeypatch.setattr(job, "fill", noted)
+    _, config = load_job(CONFIG, [f"seed={seed}", "drops=3", "parts.collider=convexHull", f"output_dir={tmp_path}"])
+    by_label, _ = begin(config, frames_per_scene=config.frames_per_drop)
+    list(job._drops(config, read_assets(by_label, config.mesh_unit), []))
+    assert [len(each) >= config.parts.per_bin[0] for each in inside] == [True] * 3
+    assert all(map(all, inside)), inside
 
 
 def test_shapes_of_a_class_have_the_same_models_in_every_drop(stage, tmp_path):

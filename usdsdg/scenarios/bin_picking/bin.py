@@ -19,7 +19,8 @@ from usdsdg.stage.poses.xform_ops import author_pose
 _FILLED, _LARGEST = 2.0, 2.0
 _SHAPE = (4.0, 3.0, 1.5)  # width, depth, height
 _TABLE = 6.0  # width of the table, in widths of the bin
-_FUNNEL = 20.0  # height of the invisible walls above the rim, in heights of the bin
+# Height of the mold's walls above the rim, and its thickness below the floor, in heights of the bin.
+_MOLD_ABOVE, _MOLD_BELOW = 20.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -58,25 +59,35 @@ def _rounded(meters: float) -> float:
 
 
 class StageBin:
-    """The bin, invisible walls above it that keep falling parts in, and the table, on the stage."""
+    """The bin, the mold in which it is filled, and the table, on the stage.
+
+    The mold is an invisible floor and walls that go on above the rim, in place of the bin's own. They begin where
+    these do and are thick, so that nothing gets through that falls fast or is pressed against a few millimeters.
+    """
 
     def __init__(self, stage: Usd.Stage, size: BinSize, thickness: float, first: Picture) -> None:
         self.size = size
         self._surface = _material(stage, "/World/Bin/Material")
-        self._funnel: list[Usd.Prim] = []
+        self._sides: list[Usd.Prim] = []
+        self._mold: list[Usd.Prim] = []
         half = (size.width / 2.0, size.depth / 2.0)
-        self._add(stage, "Floor", (0, 0, -thickness / 2), (half[0] + thickness, half[1] + thickness, thickness / 2))
-        high = size.height * _FUNNEL
+        reach = (half[0] + thickness, half[1] + thickness, thickness / 2)
+        self._sides.append(self._add(stage, "Floor", (0, 0, -thickness / 2), reach))
+        high, deep = size.height * _MOLD_ABOVE, size.height * _MOLD_BELOW
+        reach = (3.0 * half[0], 3.0 * half[1], deep / 2)
+        self._mold.append(self._add(stage, "MoldFloor", (0, 0, -deep / 2), reach, visible=False))
         for name, axis, side in (("Left", 0, -1), ("Right", 0, 1), ("Front", 1, -1), ("Back", 1, 1)):
             extent = [half[0] + thickness, half[1] + thickness]
             extent[axis] = thickness / 2.0
             middle = [0.0, 0.0]
             middle[axis] = side * (half[axis] + thickness / 2.0)
-            self._add(stage, name, (*middle, size.height / 2), (*extent, size.height / 2))
-            # Thick, so that nothing that is pressed against it gets through.
-            extent[axis], middle[axis] = half[axis], side * 2.0 * half[axis]
-            above = (*middle, size.height + high / 2)
-            self._funnel.append(self._add(stage, f"Above{name}", above, (*extent, high / 2), visible=False))
+            self._sides.append(self._add(stage, name, (*middle, size.height / 2), (*extent, size.height / 2)))
+            # Those of the mold overlap beyond the corners, through which something would get else.
+            extent, middle[axis] = [3.0 * each for each in half], side * 2.0 * half[axis]
+            extent[axis] = half[axis]
+            place = (*middle, (size.height + high - deep) / 2)
+            reach = (*extent, (size.height + high + deep) / 2)
+            self._mold.append(self._add(stage, f"Mold{name}", place, reach, visible=False))
         width = _TABLE * size.width / 2.0
         self.table = TexturedPlane(
             stage.DefinePrim("/World/Table", "Xform"),
@@ -97,10 +108,11 @@ class StageBin:
             UsdGeom.Imageable(prim).MakeInvisible()
         return prim
 
-    def set_funnel(self, enabled: bool) -> None:
-        """Switch the walls above the rim on or off."""
-        for prim in self._funnel:
-            UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Set(enabled)
+    def set_mold(self, enabled: bool) -> None:
+        """Let parts collide with the mold, or with the bin itself."""
+        for prims, collide in ((self._mold, enabled), (self._sides, not enabled)):
+            for prim in prims:
+                UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Set(collide)
 
     def paint(self, generator: np.random.Generator) -> None:
         """Draw the color of the bin: gray plastic mostly, or any other."""

@@ -46,12 +46,12 @@ def make_part(body: Body, approximation: str) -> Part:
 def fill(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator, *, max_time: float) -> None:
     """Drop parts into the bin; those that do not lie in it then are taken away."""
     height = _place_above(bin_, parts, generator)
-    bin_.set_funnel(True)
+    bin_.set_mold(True)
     rep.functional.physics.simulate(math.sqrt(2.0 * height / EARTH_GRAVITY) + _SETTLED)
     moving = set(rep.functional.physics.simulate_until_rest([part.body.prim for part in parts], max_time=max_time))
-    bin_.set_funnel(False)
+    bin_.set_mold(False)
     for part in parts:
-        if not bin_.size.holds(_middle(part.body)):
+        if not bin_.size.holds(middle_of(part.body)):
             part.take_away()
     if moving:
         warn_once(
@@ -80,6 +80,6 @@ def _place_above(bin_: StageBin, parts: Sequence[Part], generator: np.random.Gen
     return top
 
 
-def _middle(body: Body) -> Gf.Vec3d:
+def middle_of(body: Body) -> Gf.Vec3d:
     """Return the center of a body's bounds in the world."""
     return local_to_world(body.prim, Usd.TimeCode.Default()).Transform(Gf.Vec3d(*(body.center / body.scale).tolist()))
