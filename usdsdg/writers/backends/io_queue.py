@@ -55,7 +55,9 @@ class IoQueue:
     def _forget_all(self) -> None:
         # Taken by itself: the `with` of a Condition is Python code, in which Ctrl-C can leave it taken for ever.
         self._lock = threading.RLock()
-        self._changed = threading.Condition(self._lock)
+        self._changed = threading.Condition(self._lock)  # for all but the threads
+        # For the threads: a job wakes one of them, as all of them would wait for Python's lock, and the frame with them.
+        self._work_is_there = threading.Condition(self._lock)
         self._ready: deque[Job] = deque()  # waiting for a thread; `_open` also has those that run or wait for others
         self._open: dict[int, Job] = {}  # by number, oldest first
         self._submitted = self._running = self._bytes = 0
@@ -185,7 +187,7 @@ class IoQueue:
             while not count and self._open:
                 self._changed.wait()
             self._threads = max(0, int(count))
-            self._changed.notify_all()
+            self._work_is_there.notify_all()
 
     def call_at_exit(self, method: Callable[[], None]) -> None:
         """Call `method`, bound to an object that still exists then, when the program ends; it may submit last jobs."""
@@ -227,8 +229,7 @@ class IoQueue:
         self._open[job.number] = job
         self._bytes += job.size
         if not job.blockers:
-            self._ready.append(job)
-        self._changed.notify_all()
+            self._make_ready(job)
 
     def _end(self, job: Job, failure: UsdsdgError | None) -> None:
         del self._open[job.number]
@@ -240,8 +241,12 @@ class IoQueue:
             follower.blockers -= 1
             follower.is_left_out |= follower.after_all and (failure is not None or job.is_left_out)
             if not follower.blockers:
-                self._ready.append(follower)
+                self._make_ready(follower)
         self._changed.notify_all()
+
+    def _make_ready(self, job: Job) -> None:
+        self._ready.append(job)
+        self._work_is_there.notify()
 
     def _is_open(self, owner: Any) -> bool:
         return bool(self._open) if owner is None else any(True for _ in self._of(owner))
@@ -280,7 +285,7 @@ class IoQueue:
         while True:
             with self._lock:
                 while not self._ready and len(self._workers) <= self._threads:
-                    self._changed.wait()
+                    self._work_is_there.wait()
                 if not self._ready:
                     self._workers.discard(threading.current_thread())
                     return
