@@ -67,6 +67,14 @@ def test_rooms_have_lamps_and_walls_of_plausible_brightness(url):
     assert np.percentile(sky.mean(axis=2), 95) > 3.0 * np.percentile(sky.mean(axis=2), 5)
 
 
+def test_edges_of_lamps_fall_off_over_some_pixels():
+    sky = panorama(asset_urls.PANORAMAS[f"{asset_urls.SKIES}/autoshop_01_4k.hdr"](), 512)
+    logarithms = np.log(sky.max(axis=2))
+    steps = max(np.abs(np.diff(logarithms, axis=axis)).max() for axis in (0, 1))
+    # A step to a lamp in one pixel would be as high as the lamp above its ceiling.
+    assert steps < 0.5 * np.log(sky.max() / np.median(sky))
+
+
 def gray(value: float):
     return plain((value, value, value), 0.0)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from usdsdg.demo.skies.room import Room
 
 # Increase it whenever an asset changes, so that cached folders of older editions are no longer used.
-EDITION = 4
+EDITION = 5
 PARTS_EDITION = 1
 GRID_EDITION = 1
 EXAMPLES_EDITION = 1

@@ -13,6 +13,9 @@ _BOUNCE_PATCHES = 4
 _SUPERSAMPLING = 2
 # Average radiance over the sphere, and the largest.
 _MEAN, _MAX_RADIANCE = 0.4, 50.0
+_LEAST_RADIANCE = 1e-3
+# Edges between radiances with a larger difference of logarithms are those of lamps.
+_CONTRAST = 1.6
 
 # The pattern of each face by (axis, upper), and the lowest and highest corner of the box.
 _Solid = tuple[Callable[[int, bool], Pattern], np.ndarray, np.ndarray]
@@ -38,8 +41,30 @@ def panorama(room: Room, width: int = 1024) -> np.ndarray:
     maps = _lightmaps(room)
     bands = [_radiance(room, solids, maps, band) for band in np.array_split(directions, max(1, width // 128))]
     fine = np.concatenate(bands).reshape(width // 2, _SUPERSAMPLING, width, _SUPERSAMPLING, 3)
-    pixels = fine.mean(axis=(1, 3)).reshape(-1, 3)
+    pixels = _softened(fine.mean(axis=(1, 3))).reshape(-1, 3)
     return _scaled_to_mean(pixels).reshape(width // 2, width, 3).astype(np.float32)
+
+
+def _softened(image: np.ndarray) -> np.ndarray:
+    """Return an image with edges of lamps that fall off over some pixels, as glare lets them in a lens.
+
+    A hard edge between radiances that a picture shows as white and as a wall is a staircase, whatever its pixels hold:
+    all mixtures of the two are white.
+    """
+    soft = low = high = np.log(np.maximum(image, _LEAST_RADIANCE))
+    for axis in (0, 1):
+        for _ in range(2):
+            soft = 0.5 * soft + 0.25 * (_shifted(soft, -1, axis) + _shifted(soft, 1, axis))
+            low = np.minimum.reduce([_shifted(low, by, axis) for by in (-1, 0, 1)])
+            high = np.maximum.reduce([_shifted(high, by, axis) for by in (-1, 0, 1)])
+    return np.where((high - low).max(axis=2, keepdims=True) > _CONTRAST, np.exp(soft), image)
+
+
+def _shifted(image: np.ndarray, by: int, axis: int) -> np.ndarray:
+    """Return the neighbors of all pixels; a panorama goes on behind its sides, and repeats its first and last row."""
+    if axis == 1:
+        return np.roll(image, by, axis=1)
+    return np.take(image, np.clip(np.arange(len(image)) - by, 0, len(image) - 1), axis=0)
 
 
 def _radiance(room: Room, solids: list[_Solid], maps: dict, directions: np.ndarray) -> np.ndarray:

@@ -56,7 +56,7 @@ class IoQueue:
         # Taken by itself: the `with` of a Condition is Python code, in which Ctrl-C can leave it taken for ever.
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)  # for all but the threads
-        # For the threads: a job wakes one of them, as all of them would wait for Python's lock, and the frame with them.
+        # For the threads: a job wakes one of them; all of them would keep Python's lock from the frame.
         self._work_is_there = threading.Condition(self._lock)
         self._ready: deque[Job] = deque()  # waiting for a thread; `_open` also has those that run or wait for others
         self._open: dict[int, Job] = {}  # by number, oldest first
