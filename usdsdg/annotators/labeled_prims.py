@@ -334,8 +334,10 @@ class LabeledPrimReader:
                 self._labels.invalidate()
             elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
                 self._select_again()
+                self._labels.forget_chains()
             elif _PROTOTYPES in names:
                 self._survey_again()
+                self._labels.forget_chains()
             elif decides_points(names):
                 for each in self._all_numbers():
                     each.forget_points()
