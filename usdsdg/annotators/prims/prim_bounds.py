@@ -23,7 +23,7 @@ _GEOMETRY = {*MESH_ATTRIBUTES, *VELOCITIES, "extent", "radius", "height", "axis"
 _GEOMETRY |= {"radiusTop", "radiusBottom"}
 _GEOMETRY |= {"curveVertexCounts", "basis", "wrap", "type", "tangents"}
 _GEOMETRY |= {"widths", "primvars:widths", "primvars:widths:indices"}
-_GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+_GEOMETRY |= {"tetVertexIndices", "indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
 _Group = tuple[int, ...]  # indices into the gprims that are drawn
 _Known = dict[tuple[Owner, tuple[str, ...]], np.ndarray]  # bounds of the gprims that an owner has
