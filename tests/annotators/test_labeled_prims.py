@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
-from usdsdg.annotators import LabeledPrimReader
+from usdsdg.annotators import LabeledPrimReader, ownership
 from usdsdg.annotators.bounds import hulls
 from usdsdg.annotators.ownership import LabeledStage
 from usdsdg.annotators.prims import prim_bounds
@@ -496,6 +496,21 @@ def test_what_comes_and_goes_leaves_the_labels_and_bounds_of_others_alone(stage,
     assert set(found) == set(bounded) == {"/World/Box"}
     assert after.prim_paths == read(stage).prim_paths
     np.testing.assert_array_equal(after.bounds, read(stage).bounds)
+
+
+def test_a_label_that_changes_is_the_only_one_that_is_read_again(stage, monkeypatch):
+    car = xform(stage, "/World/Car")
+    for prim in (car, add_cube(stage, "/World/Car/Body"), add_cube(stage, "/World/Box")):
+        add_labels(prim, {"class": [prim.GetName()]})
+    reader, gprims = LabeledPrimReader(stage), RayCaster(stage).gprims
+    reader.read(gprims)
+    seen = []
+    get = ownership.get_labels
+    monkeypatch.setattr(ownership, "get_labels", lambda prim, time: [seen.append(prim.GetName()), get(prim, time)][1])
+    car.GetAttribute("semantics:labels:class").Set(["van"])
+    found = reader.read(gprims).select(None)
+    assert [each["class"] for each in found.labels] == ["van,body", "box"]
+    assert set(seen) == {"Car", "Body"}, "what is below inherits it"
 
 
 def test_a_labeled_material_that_comes_and_goes_elsewhere_labels_what_is_bound_to_it(stage):

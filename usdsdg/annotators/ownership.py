@@ -65,12 +65,19 @@ class LabeledStage:
 
     def invalidate(self, roots: Collection[Sdf.Path] = (Sdf.Path.absoluteRootPath,)) -> None:
         """Read the labels at and below `roots` again when they are next needed."""
-        if self._materials_have_labels or any(steps for steps, _ in self._chains.values()):
-            self.forget_chains()  # which depend on materials and point instancers elsewhere
         self._unread |= {Sdf.Path.absoluteRootPath} if self._materials_have_labels else {*roots}
+        if self._materials_have_labels:
+            self.forget_chains()
         self._materials_have_labels = False
-        self._chains = {gprim: each for gprim, each in self._chains.items() if not is_below(prim_path(gprim), roots)}
-        self._inherited = {owner: each for owner, each in self._inherited.items() if not is_below(owner.path, roots)}
+        # Those of point instances depend on instancers elsewhere.
+        self._chains = {
+            gprim: each for gprim, each in self._chains.items() if not each[0] and not is_below(prim_path(gprim), roots)
+        }
+        self._inherited = {
+            owner: each
+            for owner, each in self._inherited.items()
+            if not owner.steps and not is_below(owner.path, roots)
+        }
         self._own = {path: own for path, own in self._own.items() if not is_below(path, roots)}
         self._varying = {path for path in self._varying if not is_below(path, roots)}
 
