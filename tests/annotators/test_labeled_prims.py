@@ -6,8 +6,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdSkel, Vt
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
-from usdsdg.annotators import LabeledPrimReader
+from usdsdg.annotators import LabeledPrimReader, ownership
 from usdsdg.annotators.bounds import hulls
+from usdsdg.annotators.ownership import LabeledStage
 from usdsdg.annotators.prims import prim_bounds
 from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.stage.semantics.labels import add_labels, remove_labels
@@ -474,3 +475,52 @@ def test_a_copy_of_an_asset_with_holes_of_its_own_is_bounded_by_its_own_faces(fi
     assert ends() == {"A": 5.0, "B": 5.0}
     holed.GetSubdivisionSchemeAttr().Set("none")
     assert ends() == {"A": 5.0, "B": 1.0}
+
+
+def test_what_comes_and_goes_leaves_the_labels_and_bounds_of_others_alone(stage, monkeypatch):
+    add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
+    for name in ("Body", "Wheel"):
+        add_cube(stage, f"/World/Car/{name}", name)
+    reader = LabeledPrimReader(stage)
+    reader.read(RayCaster(stage).gprims)
+    found, bounded = [], []
+    chains, bounds = LabeledStage._find_chains, PrimBounds._of_gprim
+    monkeypatch.setattr(
+        LabeledStage, "_find_chains", lambda self, gprims: [found.extend(gprims), chains(self, gprims)][1]
+    )
+    monkeypatch.setattr(
+        PrimBounds, "_of_gprim", lambda self, path, *rest: [bounded.append(str(path)), bounds(self, path, *rest)][1]
+    )
+    add_cube(stage, "/World/Box", "Box")
+    after = reader.read(RayCaster(stage).gprims)
+    assert set(found) == set(bounded) == {"/World/Box"}
+    assert after.prim_paths == read(stage).prim_paths
+    np.testing.assert_array_equal(after.bounds, read(stage).bounds)
+
+
+def test_a_label_that_changes_is_the_only_one_that_is_read_again(stage, monkeypatch):
+    car = xform(stage, "/World/Car")
+    for prim in (car, add_cube(stage, "/World/Car/Body"), add_cube(stage, "/World/Box")):
+        add_labels(prim, {"class": [prim.GetName()]})
+    reader, gprims = LabeledPrimReader(stage), RayCaster(stage).gprims
+    reader.read(gprims)
+    seen = []
+    get = ownership.get_labels
+    monkeypatch.setattr(ownership, "get_labels", lambda prim, time: [seen.append(prim.GetName()), get(prim, time)][1])
+    car.GetAttribute("semantics:labels:class").Set(["van"])
+    found = reader.read(gprims).select(None)
+    assert [each["class"] for each in found.labels] == ["van,body", "box"]
+    assert set(seen) == {"Car", "Body"}, "what is below inherits it"
+
+
+def test_a_labeled_material_that_comes_and_goes_elsewhere_labels_what_is_bound_to_it(stage):
+    add_cube(stage, "/World/Box", "Box")
+    box = stage.GetPrimAtPath("/World/Box")
+    UsdShade.MaterialBindingAPI.Apply(box)
+    box.CreateRelationship("material:binding", False).SetTargets(["/Looks/Steel"])
+    reader, gprims = LabeledPrimReader(stage), RayCaster(stage).gprims
+    for _ in range(2):
+        assert reader.read(gprims).select(None).labels == ({"class": "box"},)
+        add_labels(UsdShade.Material.Define(stage, "/Looks/Steel").GetPrim(), {"class": ["steel"]})
+        assert reader.read(gprims).select(None).labels == ({"class": "box,steel"},)
+        stage.RemovePrim("/Looks")

@@ -124,6 +124,34 @@ def test_extensions_of_materials_that_are_not_read_are_named(tmp_path):
     assert report.notes == ["VENDOR_toon, KHR_materials_sheen of the material toon are left out"]
 
 
+def test_coats_and_indices_of_refraction_of_gltf_are_kept(tmp_path):
+    coat = {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25, "clearcoatNormalTexture": {"index": 0}}
+    extensions = {"KHR_materials_clearcoat": coat, "KHR_materials_ior": {"ior": 1.33}}
+    stage, report, _ = opened(gltf_with({"name": "car", "extensions": extensions}, ["a.png"], tmp_path), tmp_path)
+    names = ("clearcoat", "clearcoatRoughness", "ior")
+    np.testing.assert_allclose([value(stage, name) for name in names], (0.75, 0.25, 1.33), rtol=1e-6)
+    assert report.notes == ["clearcoatNormalTexture of the material car is left out"]
+
+
+@pytest.mark.parametrize(("alpha_mode", "expected"), [("OPAQUE", 0.25), ("BLEND", 0.125)])
+def test_what_shines_through_gltf_is_seen_through_a_clear_pane(alpha_mode, expected, tmp_path):
+    look = {
+        "name": "glass",
+        "alphaMode": alpha_mode,
+        "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]},
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.75}},
+    }
+    stage, report, _ = opened(gltf_with(look, [], tmp_path), tmp_path)
+    assert value(stage, "opacity") == expected
+    assert report.notes == [
+        "what shines through the material glass is drawn as through a clear pane, neither refracted nor tinted"
+    ]
+    look["extensions"]["KHR_materials_transmission"]["transmissionTexture"] = {"index": 0}
+    stage, report, _ = opened(gltf_with(look, ["a.png"], tmp_path), tmp_path)
+    assert value(stage, "opacity") == expected * 4
+    assert report.notes == ["KHR_materials_transmission of the material glass is left out"]
+
+
 def test_files_in_one_folder_keep_their_pictures(tmp_path):
     """Their materials, and so the pictures, have the same name."""
     look = {"name": "Material", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
@@ -302,7 +330,7 @@ def test_factors_of_gltf_are_not_rounded_and_strengths_count(tmp_path):
 
 
 def test_what_is_left_out_of_gltf_is_named(tmp_path):
-    extensions = {"KHR_materials_unlit": {}, "KHR_materials_clearcoat": {"clearcoatFactor": 1}}
+    extensions = {"KHR_materials_unlit": {}, "KHR_materials_iridescence": {"iridescenceFactor": 1}}
     file = gltf_with({"name": "paint", "extensions": extensions}, ["a.png"], tmp_path)
 
     def edit(model):
@@ -315,7 +343,7 @@ def test_what_is_left_out_of_gltf_is_named(tmp_path):
         "lights are left out",
         "cameras are left out",
         "the material paint is unlit; it is drawn as a lit one, without metal or highlights",
-        "KHR_materials_clearcoat of the material paint is left out",
+        "KHR_materials_iridescence of the material paint is left out",
     ]
     assert [value(stage, name) for name in ("metallic", "roughness")] == [0, 1]
     assert len(points) == 4

@@ -105,3 +105,22 @@ def test_a_converted_material_looks_as_it_did(seed, tmp_path):
     for name in SHOWN:
         # Colors and numbers are kept in 8 bits, and sums of two of them are compared.
         np.testing.assert_allclose(after[name][hit], before[name][hit], atol=0.011, err_msg=name)
+
+
+def test_a_converted_material_keeps_its_coat_its_ior_and_what_its_opacity_is(tmp_path):
+    file, numbers = (
+        wall(np.random.default_rng(0), tmp_path),
+        {"clearcoat": 0.75, "clearcoatRoughness": 0.25, "ior": 2.0},
+    )
+    stage = Usd.Stage.Open(str(file))
+    surface = UsdShade.Shader.Get(stage, "/Wall/Look/Surface")
+    for name, value in numbers.items():
+        surface.CreateInput(name, T.Float).Set(value)
+    surface.CreateInput("opacityMode", T.Token).Set("presence")
+    stage.Save()
+    report, _ = convert(file, tmp_path / "out" / "wall.usda", Options(up_axis="Z"))
+    assert report.notes == []
+    converted = Usd.Stage.Open(str(tmp_path / "out" / "wall.usda"))
+    [surface] = [UsdShade.Shader(prim) for prim in converted.Traverse() if prim.GetName() == "Surface"]
+    assert {name: surface.GetInput(name).Get() for name in numbers} == numbers
+    assert surface.GetInput("opacityMode").Get() == "presence"

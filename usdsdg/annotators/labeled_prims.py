@@ -328,14 +328,16 @@ class LabeledPrimReader:
         if changes.resynced:
             self._survey_again()
             self._labels.invalidate(changes.resynced)
-        for names in changes.by_names:
+        for names, paths in changes.by_names.items():
             if any(name.startswith(PREFIXES) for name in names):
                 self._select_again()
-                self._labels.invalidate()
+                self._labels.invalidate(set(paths))
             elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
                 self._select_again()
+                self._labels.forget_chains()
             elif _PROTOTYPES in names:
                 self._survey_again()
+                self._labels.forget_chains()
             elif decides_points(names):
                 for each in self._all_numbers():
                     each.forget_points()

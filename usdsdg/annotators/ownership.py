@@ -13,7 +13,9 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
+from usdsdg.stage.geometry.point_names import Prototypes
 from usdsdg.stage.geometry.triangles import range_below
+from usdsdg.stage.prim_types import PrimTypes
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import (
     get_labels,
@@ -54,25 +56,48 @@ class LabeledStage:
         self._time = Usd.TimeCode.Default()
         self._own: dict[Sdf.Path, Labels] = {}
         self._varying: set[Sdf.Path] = set()  # prims whose labels have time samples
-        self._materials_have_labels: bool | None = None  # None: not known
+        self._materials_have_labels = False
+        self._unread = {Sdf.Path.absoluteRootPath}  # subtrees in which materials were not looked at
+        # Chains of gprims that were asked for, and labels of owners: most edits leave most of them as they are.
+        self._chains: dict[str, tuple[Steps, list[tuple[Owner, Labels]]]] = {}
+        self._inherited: dict[Owner, Labels] = {}
         self._checked: set[Sdf.Path] = set()  # prims whose labels without a schema were named
 
     def invalidate(self, roots: Collection[Sdf.Path] = (Sdf.Path.absoluteRootPath,)) -> None:
         """Read the labels at and below `roots` again when they are next needed."""
+        self._unread |= {Sdf.Path.absoluteRootPath} if self._materials_have_labels else {*roots}
+        if self._materials_have_labels:
+            self.forget_chains()
+        self._materials_have_labels = False
+        # Those of point instances depend on instancers elsewhere.
+        self._chains = {
+            gprim: each for gprim, each in self._chains.items() if not each[0] and not is_below(prim_path(gprim), roots)
+        }
+        self._inherited = {
+            owner: each
+            for owner, each in self._inherited.items()
+            if not owner.steps and not is_below(owner.path, roots)
+        }
         self._own = {path: own for path, own in self._own.items() if not is_below(path, roots)}
         self._varying = {path for path in self._varying if not is_below(path, roots)}
-        self._materials_have_labels = None
+
+    def forget_chains(self) -> None:
+        """Find the labeled ancestors of all gprims again, by labels that are known."""
+        self._chains.clear()
+        self._inherited.clear()
 
     @property
     def has_labeled_materials(self) -> bool:
         """Whether labels of materials were read, so that they depend on what prims bind."""
-        return bool(self._materials_have_labels)
+        return self._materials_have_labels
 
     def set_time(self, time: Usd.TimeCode) -> bool:
         """Read labels at this time from now on; return whether some may differ."""
         self._time = time
         for path in self._varying:
             self._own.pop(path, None)
+        if self._varying:
+            self.forget_chains()
         return bool(self._varying)
 
     def chains(self, gprims: Sequence[str]) -> list[tuple[Steps, list[tuple[Owner, Labels]]]]:
@@ -80,6 +105,17 @@ class LabeledStage:
 
         Labels of the material that a gprim shows count as those of the prim that binds it.
         """
+        self._look_at_materials()
+        known = self._chains
+        missing = [gprim for gprim in gprims if gprim not in known]
+        if missing:
+            if len(known) > 2 * len(gprims) + 64:  # of frames that showed others
+                known.clear()
+                missing = list(gprims)
+            known.update(zip(missing, self._find_chains(missing)))
+        return [known[gprim] for gprim in gprims]
+
+    def _find_chains(self, gprims: Sequence[str]) -> list[tuple[Steps, list[tuple[Owner, Labels]]]]:
         all_steps, materials = find_steps(self._stage, gprims), self._materials(gprims)
         found = []
         for gprim, steps in zip(gprims, all_steps):
@@ -99,22 +135,29 @@ class LabeledStage:
 
         Those of prototypes are instances of point 0, or with `numbered` False of none.
         """
+        prototypes = Prototypes(self._stage)
         everything = itertools.chain(
             Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies()),
             # Classes and overs are drawn where they are prototypes of point instancers.
-            *map(range_below, undefined_prototypes(self._stage)),
+            *map(range_below, undefined_prototypes(self._stage, prototypes)),
         )
         kinds = (UsdGeom.Gprim, UsdGeom.Subset) if subsets_are_told_apart() else (UsdGeom.Gprim,)
-        paths = [str(prim.GetPath()) for prim in everything if any(map(prim.IsA, kinds))]
-        return first_points(self._stage, paths) if numbered else paths
+        paths = [str(prim.GetPath()) for prim in filter(PrimTypes(*kinds).have, everything)]
+        return first_points(self._stage, paths, prototypes) if numbered else paths
 
     def all_labels(self, owner: Owner, gprims: Sequence[str]) -> Labels:
         """Return own and inherited labels by type, outermost first, then those of the materials of the owner's gprims.
 
         Through a point instancer labels are inherited from what the instancer is in, not from where its prototypes are.
         """
+        materials = self._materials(gprims)
+        if not materials and owner in self._inherited:
+            return self._inherited[owner]
         chain = [self._labels(each.path) for each in ancestors(owner.path, owner.steps)]
-        return merged([*reversed(chain), *(labels for _, labels in self._materials(gprims).values())])
+        found = merged([*reversed(chain), *(labels for _, labels in materials.values())])
+        if not materials:
+            self._inherited[owner] = found
+        return found
 
     def ancestry(self, gprim: str) -> list[tuple[Sdf.Path, Labels]]:
         """Return the path and own labels of a prim's ancestors and itself, outermost first."""
@@ -137,9 +180,7 @@ class LabeledStage:
 
     def _materials(self, gprims: Sequence[str]) -> dict[Sdf.Path, tuple[Sdf.Path, Labels]]:
         """Return for each gprim with a labeled material the prim that binds it, and the material's labels."""
-        if self._materials_have_labels is None:
-            everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
-            self._materials_have_labels = any(prim.IsA(UsdShade.Material) and is_labeled(prim) for prim in everything)
+        self._look_at_materials()
         if not self._materials_have_labels:
             return {}
         prims = [self._stage.GetPrimAtPath(path) for path in dict.fromkeys(map(prim_path, gprims))]
@@ -149,6 +190,18 @@ class LabeledStage:
             for prim, material, binding in zip(filter(None, prims), bound, bindings, strict=True)
             if material and (labels := self._labels(material.GetPath()))
         }
+
+    def _look_at_materials(self) -> None:
+        """Find out whether materials have labels where that is not known."""
+        if not self._unread:
+            return
+        roots, self._unread = Sdf.Path.RemoveDescendentPaths(list(self._unread)), set()
+        materials, all_prims = PrimTypes(UsdShade.Material), Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
+        for root in filter(None, map(self._stage.GetPrimAtPath, roots)):
+            if any(map(is_labeled, filter(materials.have, Usd.PrimRange(root, all_prims)))):
+                self._materials_have_labels = True
+                self.forget_chains()
+                return
 
     def _labels(self, path: Sdf.Path) -> Labels:
         if path not in self._own:

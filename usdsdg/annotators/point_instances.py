@@ -5,6 +5,7 @@ The renderer lists a gprim of a point instance by a name of `point_names`.
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class Step(NamedTuple):
 Steps = tuple[Step, ...]
 
 
+@lru_cache(maxsize=1 << 16)  # USD takes microseconds to parse a path, and frames mostly have the same gprims
 def prim_path(gprim: str) -> Sdf.Path:
     """Return the prim path of an entry of the renderer's gprim table."""
     return Sdf.Path(gprim.split("[", 1)[0])
@@ -60,12 +62,11 @@ def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
     return [_steps(*split_name(gprim), prototypes) for gprim in gprims]
 
 
-def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
+def first_points(stage: Usd.Stage, gprims: Sequence[str], prototypes: Prototypes) -> list[str]:
     """Return the gprims with those in prototypes as instances of point 0, once for each way that they are drawn.
 
     Prototypes, and instancers in these, that stand in the scene are drawn by themselves, too.
     """
-    prototypes = Prototypes(stage)
     if not prototypes.of:
         return list(gprims)
     found: dict[str, None] = {}
@@ -86,9 +87,9 @@ def _stands_alone(stage: Usd.Stage, path: Sdf.Path, prototypes: Prototypes) -> b
     return prim.IsDefined() and not prim.IsAbstract() and not is_below
 
 
-def undefined_prototypes(stage: Usd.Stage) -> list[Usd.Prim]:
+def undefined_prototypes(stage: Usd.Stage, prototypes: Prototypes | None = None) -> list[Usd.Prim]:
     """Return the roots of prototypes that a traversal of the stage leaves out, since they are classes or overs."""
-    roots = list(Prototypes(stage).users)
+    roots = list((prototypes or Prototypes(stage)).users)
     prims = [prim for prim in map(stage.GetPrimAtPath, Sdf.Path.RemoveDescendentPaths(roots)) if prim]
     return [prim for prim in prims if prim.IsAbstract() or not prim.IsDefined()]
 

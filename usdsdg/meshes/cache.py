@@ -18,7 +18,7 @@ from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
-VERSION = 6
+VERSION = 7
 _ELSEWHERE = "free space or permissions there, or set XDG_CACHE_HOME to a writable folder"
 
 

@@ -41,6 +41,10 @@ class Material:
     normal_texture: Texture | None = None
     normal_scale: float = 1.0
     occlusion_texture: Texture | None = None  # the red channel
+    ior: float = 1.5
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.01
+    is_presence: bool = False  # whether opacity is the part of the surface that exists, instead of that of a pane
 
 
 def roughness_of_exponent(exponent: float) -> float:

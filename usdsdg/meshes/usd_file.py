@@ -89,6 +89,9 @@ def _as_primvar(values: np.ndarray, part: Part, used: np.ndarray) -> tuple[np.nd
     return np.ascontiguousarray(chosen.astype(np.float32)), "vertex" if is_per_point else "faceVarying"
 
 
+_DEFAULTS = Material()
+
+
 class _Looks:
     """The materials of one file, and the pictures that they share."""
 
@@ -119,6 +122,13 @@ class _Looks:
             network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, mask, "r")
         if given.opacity_threshold > 0.0:
             network.set("opacityThreshold", Sdf.ValueTypeNames.Float, given.opacity_threshold)
+        if given.is_presence:
+            network.set("opacityMode", Sdf.ValueTypeNames.Token, "presence")
+        if given.ior != _DEFAULTS.ior:
+            network.set("ior", Sdf.ValueTypeNames.Float, given.ior)
+        if given.clearcoat > 0.0:
+            network.set("clearcoat", Sdf.ValueTypeNames.Float, given.clearcoat)
+            network.set("clearcoatRoughness", Sdf.ValueTypeNames.Float, given.clearcoat_roughness)
         if given.specular is None:
             self._set_metallic(network, given)
         else:

@@ -7,6 +7,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.geometry.point_velocities import moved_points
+from usdsdg.stage.geometry.tet_meshes import surface_faces
 from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.color_spaces import linear_colors
 from usdsdg_render.usd.tokens import token
@@ -106,12 +107,18 @@ def read_mesh(
         colored: material slots that show displayColor and displayOpacity, in place of texture coordinates.
     """
     points = read_points(prim, time)
-    counts = read_array(prim, "faceVertexCounts", time, ())
-    indices = read_array(prim, "faceVertexIndices", time, ())
+    is_tet_mesh = prim.GetTypeName() == "TetMesh"
+    if is_tet_mesh:
+        indices = surface_faces(prim, time).ravel()
+        counts = np.full(len(indices) // 3, 3, np.int32)
+    else:
+        counts = read_array(prim, "faceVertexCounts", time, ())
+        indices = read_array(prim, "faceVertexIndices", time, ())
     if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
+        faces = "tetVertexIndices" if is_tet_mesh else "faceVertexCounts and faceVertexIndices"
         errors.warn_once(
             f"{prim.GetPath()}: the mesh is empty (no points or no faces) and is not drawn. Author points, "
-            f"faceVertexCounts and faceVertexIndices, or remove the prim."
+            f"{faces}, or remove the prim."
         )
         return None
     holes = read_array(prim, "holeIndices", time, ())
@@ -120,7 +127,7 @@ def read_mesh(
             f"{prim.GetPath()}: holeIndices names faces that do not exist (it has {len(counts)}); these are ignored. "
             "Correct it."
         )
-    scheme = token(prim, "subdivisionScheme", time, _SCHEMES)
+    scheme = "none" if is_tet_mesh else token(prim, "subdivisionScheme", time, _SCHEMES)
     return MeshSource(
         points=points,
         counts=counts,

@@ -14,11 +14,12 @@ from usdsdg_render.geometry.color_atlas import atlas_uvs
 from usdsdg_render.geometry.element_values import element_colors, element_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
+from usdsdg_render.geometry.nurbs_patch import read_patch
 from usdsdg_render.geometry.primvar_faults import warn_of_excess
 from usdsdg_render.geometry.skinned_mesh import skinned
 from usdsdg_render.geometry.slot_uvs import with_uvs_of_slots
 from usdsdg_render.scene.scene import Prototype
-from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
+from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, PATCH, kind_of
 
 # Unused prototypes are kept up to this many triangles in all, for scripts that hide and show objects.
 MAX_IDLE_TRIANGLES = 1_000_000
@@ -63,7 +64,7 @@ class PrototypeCache:
         own: bool = False,
         colored: tuple[int, ...] = (),
     ) -> Prototype | None:
-        """Return the prototype of a mesh, of curves or of points; None (with a warning) when it has no surface.
+        """Return the prototype of a mesh, a patch, curves or points; None (with a warning) when it has no surface.
 
         uv_names: primvar of the texture coordinates: none where any will do, one for all material slots, or one for
             each.
@@ -88,7 +89,7 @@ class PrototypeCache:
         colored: tuple[int, ...],
     ) -> Prototype | None:
         kind = kind_of(prim)
-        if kind == MESH:
+        if kind in (MESH, PATCH):
             return self._read_mesh(prim, time, uv_names, subsets, colored)
         tessellate = tubes.tessellate_curves if kind == CURVES else tubes.tessellate_points
         surface = tessellate(prim, time, self.skinning)
@@ -127,14 +128,20 @@ class PrototypeCache:
         subsets: list[Usd.Prim],
         colored: tuple[int, ...],
     ) -> Prototype | None:
-        source = read_mesh(prim, time, uv_name="".join(uv_names[:1]), subsets=subsets, colored=colored)
+        uv_name = "".join(uv_names[:1])
+        is_patch = kind_of(prim) == PATCH
+        if is_patch:
+            source = read_patch(prim, time, self.skinning, uv_name=uv_name, colored=colored)
+        else:
+            source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets, colored=colored)
         if source is None:
             return None
         # No material reads texture coordinates without a name.
         warn_of_excess(str(prim.GetPath()), source if any(uv_names) else source._replace(uvs=None))
         if len(uv_names) > 1:
             source = with_uvs_of_slots(source, prim, time, uv_names)
-        source = skinned(source, prim, time, self.skinning)
+        if not is_patch:  # of which the control points were skinned
+            source = skinned(source, prim, time, self.skinning)
         addresses = _addresses(source)
         entry = self._by_address.get(addresses)
         if entry is None:

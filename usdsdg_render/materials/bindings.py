@@ -1,17 +1,21 @@
 """Material bindings as UsdShade computes them, collections included."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
+from usdsdg_render.materials.binding_owners import BindingOwners
 
 BINDING = "material:binding"
 FULL = f"{BINDING}:full"
 
 
-def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
-    """Return the material bound to each prim, of purpose full, else all-purpose, else preview; None where none is."""
+def bound_materials(prims: Sequence[Usd.Prim], owners: BindingOwners | None = None) -> list[Usd.Prim | None]:
+    """Return the material bound to each prim, of purpose full, else all-purpose, else preview; None where none is.
+
+    owners: is told of all bindings that this depends on.
+    """
     if not prims:
         return []
     api = UsdShade.MaterialBindingAPI
@@ -22,9 +26,40 @@ def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
         preview, of_preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)
         for k, material, winner in zip(unbound, preview, of_preview):
             found[k], winners[k] = material.GetPrim(), winner
+    # Mostly all bindings are in order, and looking for those that are not for each prim takes longer than binding.
+    if _note_bindings(prims, {prim.GetPath() for prim in found if prim}, owners):
         _warn_of_missing([prims[k] for k in unbound if not found[k]])
-    _warn_of_passed_over((prim, winner) for prim, winner in zip(prims, winners) if winner)
+        _warn_of_passed_over((prim, winner) for prim, winner in zip(prims, winners) if winner)
     return [prim if prim else None for prim in found]
+
+
+def _note_bindings(prims: Iterable[Usd.Prim], given: Set[Sdf.Path], owners: BindingOwners | None) -> bool:
+    """Tell `owners` of the bindings of prims and of those above them; return whether any gives no material.
+
+    given: paths of materials that exist.
+    """
+    seen: set[Sdf.Path] = set()
+    has_faults = False
+    for prim in prims:
+        while prim and (path := prim.GetPath()) not in seen:
+            seen.add(path)
+            named: list[Sdf.Path] | None = []
+            for binding in prim.GetAuthoredPropertiesInNamespace("material"):
+                if not isinstance(binding, Usd.Relationship) or not binding.GetName().startswith(BINDING):
+                    continue
+                targets = binding.GetTargets()
+                if len(targets) != 1 or targets[0] not in given:
+                    has_faults = has_faults or bool(_fault(binding))
+                if binding.GetName().startswith(f"{BINDING}:collection"):
+                    named = None
+                elif named is not None:
+                    named += targets
+                    if not all(map(Sdf.Path.IsPrimPath, targets)):  # relationships that forward it
+                        named += binding.GetForwardedTargets()
+            if owners is not None and named != []:
+                owners.note(path, named)
+            prim = prim.GetParent()
+    return has_faults
 
 
 def _warn_of_passed_over(bound: Iterable[tuple[Usd.Prim, Usd.Relationship]]) -> None:

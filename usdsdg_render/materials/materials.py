@@ -186,7 +186,7 @@ class MaterialLibrary:
 
     def _is_shading(self, path: Sdf.Path) -> bool:
         prim = self._stage.GetPrimAtPath(path)
-        return bool(prim) and not prim.IsA(UsdShade.Material) and UsdShade.ConnectableAPI(prim).IsContainer()
+        return bool(prim) and not prim.IsA(UsdShade.Material) and prim.IsA(UsdShade.NodeGraph)
 
     def keep_only(self, paths: set[Sdf.Path]) -> None:
         """Drop all materials but these, which are still bound."""

@@ -136,7 +136,8 @@ class SceneExtractor:
         # Even an attribute with a single sample differs between the default time and other time codes.
         if self._tree is None or was_animated != self._animation.is_animated or now.IsDefault() != before.IsDefault():
             return DirtySet.everything()
-        dirty = DirtySetBuilder(self._stage, self._tree, self._gprims.instancers_of).build(changes)
+        owners = self._materials.binding_owners
+        dirty = DirtySetBuilder(self._stage, self._tree, self._gprims.instancers_of, owners).build(changes)
         dirty.visibility |= self._toggled
         self._toggled = set()
         dirty.skinning = self._prototypes.skinning.is_affected_by(self._stage, changes)

@@ -9,6 +9,7 @@ from usdsdg import errors
 from usdsdg.stage.handles import Handles
 from usdsdg_render.images.textures import Progress, TexturePool
 from usdsdg_render.lights.mesh_lights import emissive_material
+from usdsdg_render.materials.binding_owners import BindingOwners
 from usdsdg_render.materials.bindings import bound_materials
 from usdsdg_render.materials.color_faults import warn_of_colors
 from usdsdg_render.materials.color_textures import ColorTextures
@@ -34,6 +35,7 @@ class GprimMaterials:
     """Reads the materials of gprims and keeps the material tables of one scene up to date with them."""
 
     def __init__(self, stage: Usd.Stage, scene: Scene, handles: Handles, progress: Progress | None) -> None:
+        self.binding_owners = BindingOwners()
         self._stage = stage
         self._scene = scene
         self._progress = progress
@@ -101,7 +103,8 @@ class GprimMaterials:
     def bind(self, gprims: Gprims) -> None:
         """Find the bound materials of gprims where they may have changed."""
         unbound = [gprim for gprim in gprims.drawn if not gprim.is_bound]
-        found = iter(bound_materials([prim for gprim in unbound for prim in (*gprim.subsets, gprim.prim)]))
+        asked = [prim for gprim in unbound for prim in (*gprim.subsets, gprim.prim)]
+        found = iter(bound_materials(asked, self.binding_owners))
         for gprim in unbound:
             prims = [next(found) for _ in range(len(gprim.subsets) + 1)]
             bound = [None if prim is None else prim.GetPath() for prim in prims]

@@ -10,6 +10,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.instances import places_of
+from usdsdg_render.materials.binding_owners import BindingOwners
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.sync.plain_colors import PlainColor
 from usdsdg_render.usd import prim_kinds
@@ -81,14 +82,20 @@ class DirtySetBuilder:
 
     Args:
         instancers_of: the point instancers that draw a prim and all below it as a prototype, by its path.
+        binding_owners: the prims with material bindings that were read.
     """
 
     def __init__(
-        self, stage: Usd.Stage, tree: StageTree, instancers_of: Mapping[Sdf.Path, Collection[Sdf.Path]]
+        self,
+        stage: Usd.Stage,
+        tree: StageTree,
+        instancers_of: Mapping[Sdf.Path, Collection[Sdf.Path]],
+        binding_owners: BindingOwners,
     ) -> None:
         self._stage = stage
         self._tree = tree
         self._instancers_of = instancers_of
+        self._binding_owners = binding_owners
         self._has_prototypes = bool(stage.GetPrototypes())
         self._dirty = DirtySet()
 
@@ -127,8 +134,9 @@ class DirtySetBuilder:
 
     def _add_resynced(self) -> None:
         dirty = self._dirty
-        # A material or a collection that was added or removed may matter anywhere.
-        dirty.bindings.add(ROOT)
+        dirty.bindings |= dirty.resynced
+        # A material that was added or removed matters wherever a binding names it.
+        dirty.bindings.update(map(self._owner, self._binding_owners.take_concerned(dirty.resynced)))
         dirty.lights |= dirty.resynced
         for prototype, instancers in self._instancers_of.items():
             if is_below(prototype, dirty.resynced) or any(root.HasPrefix(prototype) for root in dirty.resynced):

@@ -7,9 +7,10 @@ from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg_render.scene.structs import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 
 # The kinds. OTHER has no surface of its own: an Xform, a Scope, a camera, a type that USD does not know.
-MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SHADING, OTHER = range(10)
-UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
-GPRIMS = (MESH, SHAPE, CURVES, POINTS)
+# A TetMesh is a MESH, by its surface.
+MESH, SHAPE, CURVES, POINTS, PATCH, LIGHT, DOME, INSTANCER, SUBSET, SHADING, OTHER = range(11)
+UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 11, 12
+GPRIMS = (MESH, SHAPE, CURVES, POINTS, PATCH)
 _PURPOSES = ("", *DRAWN_PURPOSES, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
 # The last is not USD's, but clear.
 _VISIBILITIES = (
@@ -51,6 +52,8 @@ UNSUPPORTED_LIGHT_TYPES = ("PortalLight", "GeometryLight", "PluginLight")
 
 _KIND_OF_TYPE = {
     "Mesh": MESH,
+    "TetMesh": MESH,
+    "NurbsPatch": PATCH,
     "BasisCurves": CURVES,
     "HermiteCurves": CURVES,
     "NurbsCurves": CURVES,

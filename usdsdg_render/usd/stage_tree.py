@@ -261,7 +261,7 @@ class StageTree:
         own_hidden = np.zeros(len(nodes), bool)  # those that were traversed are not
         own_hidden[new] = self._own_hidden[old]
         self._own_hidden = own_hidden
-        self._transforms.rebuild(self.prims, _levels(nodes), new, old)
+        self._transforms.rebuild(self.prims, _levels(np.array(depths, int)), new, old)
         self._hide_below()
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
@@ -366,16 +366,12 @@ def _indices(spans: Sequence[tuple[int, int, int]]) -> tuple[np.ndarray, np.ndar
     return within + np.repeat(after, counts), within + np.repeat(before, counts)
 
 
-def _levels(nodes: Sequence[Node]) -> Levels:
-    """(children, their parents) for each depth below the first, top down; nodes are in stage order."""
-    levels: dict[int, tuple[list[int], list[int]]] = {}
-    ancestors: list[tuple[int, int]] = []  # (depth, index)
-    for k, node in enumerate(nodes):
-        while ancestors and ancestors[-1][0] >= node.depth:
-            ancestors.pop()
-        if ancestors:
-            children, parents = levels.setdefault(node.depth, ([], []))
-            children.append(k)
-            parents.append(ancestors[-1][1])
-        ancestors.append((node.depth, k))
-    return [(np.array(children), np.array(parents)) for _, (children, parents) in sorted(levels.items())]
+def _levels(depths: np.ndarray) -> Levels:
+    """(children, their parents) for each depth below the first, top down, by the depths of nodes in stage order."""
+    levels: Levels = []
+    for depth in np.unique(depths):
+        children, above = np.flatnonzero(depths == depth), np.flatnonzero(depths < depth)
+        last = np.searchsorted(above, children) - 1  # of those above, the parent is the one that came last
+        if (has_parent := last >= 0).any():
+            levels.append((children[has_parent], above[last[has_parent]]))
+    return levels

@@ -26,6 +26,9 @@ def wrong_values(attribute):
         T.Double3.type: Gf.Vec3d,
         T.Float2.type: Gf.Vec2f,
         T.Float4.type: Gf.Vec4f,
+        T.Double2.type: Gf.Vec2d,
+        T.Int3.type: lambda x: Gf.Vec3i(0, 1, int(min(max(x, -1.0), 7.0)) if x == x else 2),
+        T.Int4.type: lambda x: Gf.Vec4i(0, 1, 2, int(min(max(x, -1.0), 7.0)) if x == x else 2),
         T.Quatf.type: lambda x: Gf.Quatf(x, x, x, x),
         T.Quath.type: lambda x: Gf.Quath(min(x, 9.0), 0, 0, 0),
     }
@@ -70,6 +73,16 @@ def stage():
     UsdGeom.Subset.CreateGeomSubset(mesh, "part", "face", [0, 1], "materialBind")
     for kind in ("Sphere", "Cube", "Cone", "Capsule", "Cylinder", "Plane", "Capsule_1", "Cylinder_1"):
         UsdGeom.Gprim(stage.DefinePrim(f"/World/{kind}", kind)).CreateDisplayColorAttr([Gf.Vec3f(1)])
+    patch = UsdGeom.NurbsPatch.Define(stage, "/World/NurbsPatch")
+    patch.CreatePointsAttr([Gf.Vec3f(x, y, 0) for y in (0, 1) for x in (0, 1)])
+    for way in "uv":
+        for name, value in (("VertexCount", 2), ("Order", 2), ("Knots", [0, 0, 1, 1]), ("Range", Gf.Vec2d(0, 1))):
+            patch.GetPrim().GetAttribute(way + name).Set(value)
+    patch.CreatePointWeightsAttr([1.0] * 4)
+    tets = UsdGeom.TetMesh.Define(stage, "/World/TetMesh")
+    tets.CreatePointsAttr([Gf.Vec3f(0), Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0), Gf.Vec3f(0, 0, 1)])
+    tets.CreateTetVertexIndicesAttr([Gf.Vec4i(0, 1, 2, 3)])
+    tets.CreateSurfaceFaceVertexIndicesAttr(UsdGeom.TetMesh.ComputeSurfaceFaces(tets, Usd.TimeCode.Default()))
     for kind in ("SphereLight", "RectLight", "DiskLight", "CylinderLight", "DistantLight", "DomeLight", "DomeLight_1"):
         UsdLux.ShapingAPI.Apply(stage.DefinePrim(f"/Lights/{kind}", kind))
     for path in ("/World", "/World/Mesh", "/Lights/SphereLight", "/Lights/DomeLight"):
@@ -111,7 +124,7 @@ def test_no_value_of_any_attribute_breaks_the_scene(stage):
     extractor = SceneExtractor(stage)
     extractor.update()
     everything = set(extractor.scene.instances.paths)
-    assert len(everything) == 1 + 9 + 3
+    assert len(everything) == 1 + 11 + 3
     assert len(extractor.scene.lights) == 5
     tried, checked = 0, {}
     for prim in stage.Traverse():

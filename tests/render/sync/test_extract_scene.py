@@ -623,7 +623,7 @@ def test_point_instancers_that_draw_each_other_end():
     [
         (lambda stage, instancer: instancer.CreatePrototypesRel().SetTargets(["/Gone", "/Points/Protos/Box"]), "/Gone"),
         (lambda stage, _: UsdLux.SphereLight.Define(stage, "/Points/Protos/Pair/Lamp"), "Pair/Lamp: lights in the"),
-        (lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Patch", "NurbsPatch"), "Pair/Patch: NurbsPatch is not"),
+        (lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Patch", "Volume"), "Pair/Patch: Volume is not"),
         (
             lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Hair", "GenerativeProcedural"),
             "Pair/Hair: Generative",

@@ -384,9 +384,14 @@ def test_parts_without_faces_are_named(stage, tmp_path):
     wire.CreatePointsAttr([(0, 0, 0), (0, 0, 3)])
     wire.CreateCurveVertexCountsAttr([2])
     wire.CreateTypeAttr("linear")
+    UsdGeom.NurbsPatch.Define(stage, "/Group/Shade")
     camera = rep.functional.create.camera(position=(0, -20, 0), look_at=(0, 0, 0))
-    with pytest.warns(UsdsdgWarning, match="/Group/Wire: BasisCurves have no faces, so that the model of /Group is"):
+    with pytest.warns(UsdsdgWarning) as caught:
         write(tmp_path, rep.create.render_product(camera, (WIDTH, HEIGHT)))
+    said = [str(each.message) for each in caught]
+    for part, kind in (("Wire", "BasisCurves"), ("Shade", "NurbsPatch")):
+        named = f"/Group/{part}: no faces are read of {kind}, so that the model of /Group is without it"
+        assert any(each.startswith(named) for each in said)
 
 
 @pytest.mark.parametrize(("near", "far"), [(0.1, 100.0), (9.9, 100.0), (0.1, 9.9)])

@@ -40,6 +40,8 @@ def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning, *, divided
     if kind == "Mesh":
         left = read_face_parts(prim, time)[1] < 0 if divided else None
         points = _mesh_points(UsdGeom.Mesh(prim), time, skinning, left)
+    elif kind in ("TetMesh", "NurbsPatch"):
+        points = _all_points(prim, time, skinning)
     elif kind == "GeomSubset":
         points = _subset_points(prim, time, skinning)
     else:
@@ -60,14 +62,19 @@ def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
     return _box_corners(extent[0], extent[1])
 
 
+def _all_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
+    """Return all points of a gprim, as its skeleton or its velocities move them."""
+    skinned = skinning.skin(prim, time)
+    points = skinned.points if skinned is not None else moved_points(prim, time)
+    points = UsdGeom.PointBased(prim).GetPointsAttr().Get(time) if points is None else points
+    return np.asarray(() if points is None else points, np.float64).reshape(-1, 3)
+
+
 def _mesh_points(
     mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning, faces: np.ndarray | None = None
 ) -> np.ndarray:
     """Return the points that faces use which are no holes; faces: (F,) bool, of some of them."""
-    skinned = skinning.skin(mesh.GetPrim(), time)
-    points = skinned.points if skinned is not None else moved_points(mesh.GetPrim(), time)
-    points = mesh.GetPointsAttr().Get(time) if points is None else points
-    points = np.asarray(() if points is None else points, np.float64).reshape(-1, 3)
+    points = _all_points(mesh.GetPrim(), time, skinning)
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):
         return points

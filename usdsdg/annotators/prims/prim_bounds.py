@@ -23,9 +23,10 @@ _GEOMETRY = {*MESH_ATTRIBUTES, *VELOCITIES, "extent", "radius", "height", "axis"
 _GEOMETRY |= {"radiusTop", "radiusBottom"}
 _GEOMETRY |= {"curveVertexCounts", "basis", "wrap", "type", "tangents"}
 _GEOMETRY |= {"widths", "primvars:widths", "primvars:widths:indices"}
-_GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+_GEOMETRY |= {"tetVertexIndices", "indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
 _Group = tuple[int, ...]  # indices into the gprims that are drawn
+_Known = dict[tuple[Owner, tuple[str, ...]], np.ndarray]  # bounds of the gprims that an owner has
 
 
 class PrimBounds:
@@ -38,7 +39,7 @@ class PrimBounds:
         self._of_sources: dict[tuple[Any, ...], Hull | None] = {}  # hulls of meshes, by where their points are authored
         self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
-        self._bounds: dict[Sdf.Path, dict[tuple[Owner, _Group], np.ndarray]] = {}  # by path of the owner
+        self._bounds: dict[Sdf.Path, _Known] = {}  # by path of the owner
         # By path of an owner that does not carry all its gprims along: the prims that place them or it.
         self._placed_by: dict[Sdf.Path, set[Sdf.Path]] = {}
         self._all: np.ndarray | None = None  # those of the last call of `read`, if they still hold
@@ -57,10 +58,13 @@ class PrimBounds:
         gprims, steps: those that are drawn, since the last call of `divide`. cache, frames: at the time of the frame.
         """
         if self._all is None:
+            before, self._bounds = self._bounds, {}
             bounds = [
-                self._of_group(owner, group, gprims, steps, cache, frames) for owner, group in zip(owners, groups)
+                self._of_group(owner, group, gprims, steps, cache, frames, before.get(owner.path, {}))
+                for owner, group in zip(owners, groups)
             ]
             self._all = np.array(bounds, np.float64).reshape(-1, 2, 3)
+            self._placed_by = {path: places for path, places in self._placed_by.items() if path in self._bounds}
         return self._all.copy()
 
     def leave_time(self) -> None:
@@ -71,11 +75,13 @@ class PrimBounds:
 
     def divide(self, gprims: Iterable[str]) -> None:
         """Note other gprims, and which meshes are divided: hulls of those that were not, or are no more, are others."""
-        self._forget()
+        self._all = None
         prims = map(self._stage.GetPrimAtPath, map(prim_path, gprims))
         meshes = {prim.GetPath().GetParentPath() for prim in prims if prim.IsA(UsdGeom.Subset)}
-        for path in meshes ^ self._divided:
+        others = meshes ^ self._divided
+        for path in others:
             self._hulls.pop(path, None)
+        self._forget_above(others)
         self._divided = meshes
 
     def follow(self, changes: Changes) -> None:
@@ -109,10 +115,12 @@ class PrimBounds:
         steps: Sequence[Steps],
         cache: UsdGeom.XformCache,
         frames: PointFrames,
+        before: _Known,
     ) -> np.ndarray:
         """Return (2, 3) bounds of the group in the owner's frame; both zero when nothing has an extent."""
-        known = self._bounds.setdefault(owner.path, {})
-        if (owner, group) not in known:
+        key = owner, tuple(gprims[each] for each in group)
+        known = before.get(key)
+        if known is None:
             bounds = [self._of_gprim(prim_path(gprims[each]), steps[each], owner, cache, frames) for each in group]
             parts = [part for part in bounds if part is not None]
             if not parts:
@@ -120,8 +128,9 @@ class PrimBounds:
                 if not all(prim_path(gprims[each]) in self._divided for each in group):
                     warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
                 return np.zeros((2, 3))
-            known[owner, group] = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
-        return known[owner, group]
+            known = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
+        self._bounds.setdefault(owner.path, {})[key] = known
+        return known
 
     def _of_gprim(
         self, path: Sdf.Path, steps: Steps, owner: Owner, cache: UsdGeom.XformCache, frames: PointFrames

@@ -17,6 +17,7 @@ from usdsdg.meshes.readers.gltf_document import Document
 _WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _STRENGTH, _UNLIT = "KHR_materials_emissive_strength", "KHR_materials_unlit"
 _GLOSS = "KHR_materials_pbrSpecularGlossiness"
+_IOR, _COAT, _TRANSMISSION = "KHR_materials_ior", "KHR_materials_clearcoat", "KHR_materials_transmission"
 PICTURES = {
     "color": "baseColorTexture",
     "packed": "metallicRoughnessTexture",
@@ -37,6 +38,10 @@ class Look:
     emission: tuple[float, ...] = (0.0, 0.0, 0.0)
     is_unlit: bool = False
     normal_scale: float = 1.0
+    ior: float = 1.5
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.0
+    transmission: float = 0.0
     wraps: dict[str, tuple[str, str]] = field(default_factory=dict)  # of the pictures, by the keys of PICTURES
 
 
@@ -63,7 +68,7 @@ def read_looks(document: Document) -> tuple[list[Look], list[str]]:
         surface, extensions = material.get("pbrMetallicRoughness", {}), material.get("extensions", {})
         strength = float(extensions.get(_STRENGTH, {}).get("emissiveStrength", 1.0))
         pictures = {role: surface.get(key, material.get(key)) for role, key in PICTURES.items()}
-        gloss = extensions.pop(_GLOSS, None)
+        gloss, coat = extensions.pop(_GLOSS, None), extensions.get(_COAT, {})
         looks.append(
             Look(
                 name,
@@ -73,6 +78,10 @@ def read_looks(document: Document) -> tuple[list[Look], list[str]]:
                 emission=tuple(float(each) * strength for each in material.get("emissiveFactor", (0.0, 0.0, 0.0))),
                 is_unlit=_UNLIT in extensions,
                 normal_scale=float(material.get("normalTexture", {}).get("scale", 1.0)),
+                ior=float(extensions.get(_IOR, {}).get("ior", 1.5)),
+                clearcoat=float(coat.get("clearcoatFactor", 0.0)),
+                clearcoat_roughness=float(coat.get("clearcoatRoughnessFactor", 0.0)),
+                transmission=_transmission(extensions),
                 wraps={role: _wraps(document.json, each) for role, each in pictures.items() if isinstance(each, dict)},
             )
         )
@@ -93,8 +102,20 @@ def _wraps(model: dict[str, Any], picture: dict[str, Any]) -> tuple[str, str]:
 def _left_out(name: str, extensions: dict[str, Any]) -> Iterator[str]:
     if _UNLIT in extensions:
         yield f"the material {name} is unlit; it is drawn as a lit one, without metal or highlights"
-    if lost := [each for each in extensions if each not in (_STRENGTH, _UNLIT)]:
+    read = [_STRENGTH, _UNLIT, _IOR, _COAT]
+    if _transmission(extensions):
+        read.append(_TRANSMISSION)
+        yield f"what shines through the material {name} is drawn as through a clear pane, neither refracted nor tinted"
+    if pictures := [each for each in extensions.get(_COAT, {}) if each.endswith("Texture")]:
+        yield f"{', '.join(pictures)} of the material {name} {'is' if len(pictures) == 1 else 'are'} left out"
+    if lost := [each for each in extensions if each not in read]:
         yield f"{', '.join(lost)} of the material {name} {'is' if len(lost) == 1 else 'are'} left out"
+
+
+def _transmission(extensions: dict[str, Any]) -> float:
+    """Return the fraction of light that goes through a material; 0 where a picture says where it does."""
+    given = extensions.get(_TRANSMISSION, {})
+    return 0.0 if "transmissionTexture" in given else float(given.get("transmissionFactor", 0.0))
 
 
 def pictures_left_out(document: Document, beside: Callable[[str], bytes]) -> Iterator[str]:

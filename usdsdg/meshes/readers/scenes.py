@@ -206,7 +206,8 @@ def _of_gltf(look: Look, given: Any, notes: list[str]) -> Material:
         # glTF's factors are linear.
         color=(color[0], color[1], color[2]),
         color_texture=picture,
-        opacity=color[3] if blended else 1.0,
+        # UsdPreviewSurface has no glass; a clear pane is nearest to it.
+        opacity=(color[3] if blended else 1.0) * (1.0 - look.transmission),
         opacity_from_color=blended and picture is not None and obj.has_alpha(picture.image),
         opacity_threshold=cutoff if mode == "MASK" else 0.0,
         metallic=metallic,
@@ -220,6 +221,9 @@ def _of_gltf(look: Look, given: Any, notes: list[str]) -> Material:
         normal_texture=texture("normal", given.normalTexture),
         normal_scale=look.normal_scale,
         occlusion_texture=texture("occlusion", given.occlusionTexture),
+        ior=look.ior,
+        clearcoat=look.clearcoat,
+        clearcoat_roughness=look.clearcoat_roughness,
     )
 
 

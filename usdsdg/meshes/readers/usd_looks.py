@@ -15,7 +15,9 @@ from usdsdg.stage.colors import srgb_to_linear
 
 _WRAPS = ("repeat", "clamp", "mirror", "black")
 # Inputs of UsdPreviewSurface that our materials do not have, with their fallbacks.
-_LEFT_OUT = {"clearcoat": 0.0, "displacement": 0.0, "useSpecularWorkflow": 0}
+_LEFT_OUT = {"displacement": 0.0, "useSpecularWorkflow": 0}
+# Those that ours have as one number, with their fallbacks.
+_NUMBERS = {"ior": 1.5, "clearcoat": 0.0, "clearcoatRoughness": 0.01}
 
 
 class Coordinates(NamedTuple):
@@ -86,8 +88,15 @@ class Looks:
         for left, fallback in _LEFT_OUT.items():
             if pictures.get(left) is not None or _number(surface, left, fallback) != fallback:
                 self.notes.append(f"the material {name}: {left} is left out")
+        numbers = {each: _number(surface, each, fallback) for each, fallback in _NUMBERS.items()}
+        for each in (each for each in numbers if pictures.get(each) is not None):
+            self.notes.append(f"the material {name}: the picture of {each} is left out")
         look = Material(
             name,
+            ior=numbers["ior"],
+            clearcoat=numbers["clearcoat"],
+            clearcoat_roughness=numbers["clearcoatRoughness"],
+            is_presence=_token(surface, "opacityMode") == "presence",
             color=_three(color.scale) if color is not None else _color(surface, "diffuseColor", 0.18),
             color_from_points=reads_points,
             color_texture=color and Texture(color.image, color.name, not color.is_raw, color.wraps),

@@ -9,6 +9,8 @@ from functools import cached_property
 
 from pxr import Sdf, Usd, UsdGeom
 
+from usdsdg.stage.prim_types import PrimTypes
+
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
 
 PrototypeUse = tuple[Sdf.Path, Sdf.Path]  # point instancer, and a target of its `prototypes`
@@ -36,7 +38,9 @@ class Prototypes:
 
     def __init__(self, stage: Usd.Stage) -> None:
         everything = Usd.PrimRange.Stage(stage, _EVERYTHING)
-        self.of = {prim.GetPath(): prototypes_of(prim) for prim in everything if prim.IsA(UsdGeom.PointInstancer)}
+        self.of = {
+            prim.GetPath(): prototypes_of(prim) for prim in filter(PrimTypes(UsdGeom.PointInstancer).have, everything)
+        }
         self.users: dict[Sdf.Path, list[Sdf.Path]] = {}  # instancers in stage order
         for instancer, roots in self.of.items():
             for root in dict.fromkeys(roots):

@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.stage.geometry.face_triangles import face_triangles
+from usdsdg.stage.geometry.tet_meshes import surface_faces
 from usdsdg.stage.poses.transforms import as_array
 
 # Sides of the polygons that approximate circles.
@@ -114,6 +115,8 @@ def own_triangles(
     time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
 ) -> Triangles | None:
     """Return the triangles of a gprim in its own space; None for prims without faces (curves, points, empty meshes)."""
+    if prim.GetTypeName() == "TetMesh":
+        return _of_tet_mesh(prim, time)
     if prim.IsA(UsdGeom.Mesh):
         return _of_mesh(UsdGeom.Mesh(prim), None if faces_of is None else faces_of(prim), time)
     shape = _SHAPES.get(str(prim.GetTypeName()))
@@ -211,11 +214,25 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None, time: Usd.TimeCode) 
     faces = face_triangles(points, counts, indices, left_out).triangles
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
+    return _of_faces(points, faces)
+
+
+def _of_tet_mesh(prim: Usd.Prim, time: Usd.TimeCode) -> Triangles | None:
+    points = np.array(_value(prim.GetAttribute("points"), time) or (), np.float64).reshape(-1, 3)
+    faces = surface_faces(prim, time)
+    faces = faces[((faces >= 0) & (faces < len(points))).all(axis=1)]
+    if prim.GetAttribute("orientation").Get() == UsdGeom.Tokens.leftHanded:
+        faces = faces[:, ::-1]
+    return _of_faces(points, faces.astype(np.int64))
+
+
+def _of_faces(points: np.ndarray, faces: np.ndarray) -> Triangles | None:
+    """Return the triangles that have an area, without the points that none of them uses."""
     faces = _with_area(points, faces)
-    if len(faces):  # points that none uses are not part of the surface
-        used, inverse = np.unique(faces, return_inverse=True)
-        points, faces = points[used], inverse.reshape(faces.shape)
-    return Triangles(points, faces) if len(faces) else None
+    if not len(faces):
+        return None
+    used, inverse = np.unique(faces, return_inverse=True)
+    return Triangles(points[used], inverse.reshape(faces.shape))
 
 
 def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> object:

@@ -266,10 +266,10 @@ def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
     is_hidden = prim.IsA(UsdGeom.Imageable) and prim.GetAttribute("visibility").Get() == UsdGeom.Tokens.invisible
     if is_hidden or prims.has_own_labels(prim):
         return True
-    if prim.IsA(UsdGeom.Curves) or prim.IsA(UsdGeom.Points):
+    if any(map(prim.IsA, (UsdGeom.Curves, UsdGeom.Points, UsdGeom.NurbsPatch))):
         warn_once(
-            f"{prim.GetPath()}: {prim.GetTypeName()} have no faces, so that the model of {owner.GetPath()} is without "
-            "them, and its masks are not. Convert them to a Mesh, or give them a label of their own."
+            f"{prim.GetPath()}: no faces are read of {prim.GetTypeName()}, so that the model of {owner.GetPath()} is "
+            "without it, and its masks are not. Convert it to a Mesh, or give it a label of its own."
         )
     return False
 
