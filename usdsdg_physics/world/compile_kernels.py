@@ -70,7 +70,8 @@ def prepare_newton() -> None:
     import usdsdg_physics.solver.separated_pairs_kernels
 
     with suppress(ImportError):  # another version of Newton has its functions elsewhere
-        import usdsdg_physics.solver.sweep_kernels  # noqa: F401
+        import usdsdg_physics.solver.sweep_kernels
+        import usdsdg_physics.solver.sweep_pairs_kernels  # noqa: F401
 
     # Only once: Warp takes any setting for a change, and reads all kernels of the module again.
     module = sys.modules.get(_WITHOUT_GRADIENTS)
