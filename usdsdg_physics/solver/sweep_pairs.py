@@ -9,8 +9,6 @@ import numpy as np
 if TYPE_CHECKING:
     import newton
 
-# Along which Newton sweeps: no axis of the world, along which boxes of rooms are stacked.
-DIRECTION = (0.5935, 0.7790, 0.1235)
 _ATTRIBUTES = ("world_index_map", "world_slice_ends", "num_regular_worlds", "launch")
 
 
@@ -35,7 +33,6 @@ def sweep_pairs_alone(pipeline: newton.CollisionPipeline) -> bool:
 
     device, find_pairs = pipeline.device, broad_phase.launch
     shapes = broad_phase.world_index_map
-    direction = wp.normalize(wp.vec3(*DIRECTION))
     order = wp.array(np.arange(len(shapes)), dtype=wp.int32, device=device)
     boxes = wp.zeros((ROWS, len(shapes)), dtype=wp.float32, device=device)
 
@@ -49,7 +46,6 @@ def sweep_pairs_alone(pipeline: newton.CollisionPipeline) -> bool:
             sweep_pairs,
             dim=1,
             inputs=[
-                direction,
                 lower,
                 upper,
                 group,
