@@ -4,7 +4,7 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdPhysics
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 from scipy.spatial import ConvexHull
 
 from tests.physics.mechanisms import drive, joint, limit, rod
@@ -12,9 +12,13 @@ from tests.physics.scenes import DEVICE, add, collide, make_body, mesh, set_valu
 from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
 from tests.sampled_cases import sampled
 from usdsdg_physics.model import build
+from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
+from usdsdg_physics.solver.sweep_pairs import sweep_pairs_alone
 from usdsdg_physics.solver.sweeps import sweep_by_island
 from usdsdg_physics.solver.visited_contacts import VisitedContacts
+from usdsdg_physics.world.world import World
 
 pytestmark = pytest.mark.skipif(DEVICE != "cpu", reason="nothing of Newton is replaced there")
 
@@ -76,7 +80,26 @@ def test_motion_is_that_of_newtons_sweeps_to_the_bit(make, monkeypatch):
     assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved
 
 
-@pytest.mark.parametrize("make", sampled([contacts, kinematic, terrain, gripper], 2))
+def hulls(stage):
+    """A heap of hulls, also of few corners, of as many as fit into one look at them, and of equally far ones."""
+    ground(stage)
+    rng = np.random.default_rng(3)
+    for i, count in enumerate((4, 6, 7, 8, 9, 15, 16, 17, 40, 60) * 2):
+        points = rng.normal(size=(count, 3))
+        points *= 0.12 / np.linalg.norm(points, axis=1, keepdims=True)
+        if i >= 10:
+            points = np.round(points, 1) + 0.02 * np.sign(points)
+        hull = ConvexHull(points, qhull_options="QJ")
+        made = mesh(stage, f"/World/h{i}", points, hull.simplices)
+        made.AddTranslateOp().Set(tuple(rng.uniform((-0.3, -0.3, 0.2), (0.3, 0.3, 0.9))))
+        made.AddScaleOp().Set((1.0, 1.0, rng.choice([1.0, 0.5])))
+        collide(made.GetPrim())
+        make_body(made.GetPrim())
+    pile(stage, 5)
+    return lambda engine, frame: None
+
+
+@pytest.mark.parametrize("make", sampled([contacts, kinematic, terrain, gripper, hulls], 2))
 def test_pairs_that_are_left_out_have_no_contacts(make, monkeypatch):
     pipelines, left_out, kept = [], [], []
 
@@ -102,6 +125,46 @@ def test_pairs_that_are_left_out_have_no_contacts(make, monkeypatch):
     monkeypatch.setattr(build, "drop_separated_pairs", lambda pipeline: None)
     newtons, _ = trajectory(make)
     assert ours.tobytes() == newtons.tobytes()
+
+
+@pytest.mark.parametrize("make", sampled([contacts, kinematic, terrain, gripper, hulls], 2))
+def test_motion_is_that_of_newtons_search_for_pairs(make, monkeypatch):
+    replaced = []
+    monkeypatch.setattr(build, "sweep_pairs_alone", lambda pipeline: replaced.append(sweep_pairs_alone(pipeline)))
+    ours, _ = trajectory(make)
+    assert replaced
+    assert all(replaced)
+    monkeypatch.setattr(build, "sweep_pairs_alone", lambda pipeline: None)
+    newtons, _ = trajectory(make)
+    assert ours.tobytes() == newtons.tobytes()
+
+
+def test_pairs_of_many_shapes_are_those_of_newtons_search(monkeypatch):
+    """Also where bodies jump to places that are sorted otherwise, and one of them to none."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    ground(stage)
+    rng = np.random.default_rng(5)
+    for i in range(150):
+        add(stage, f"/World/b{i}", at=tuple(rng.uniform(-0.5, 0.5, 3)), scale=(0.1, 0.1, 0.1))
+    pairs = []
+    for replace in (sweep_pairs_alone, lambda pipeline: None):
+        monkeypatch.setattr(build, "sweep_pairs_alone", replace)
+        world = World(parse(stage, HullCache()), device="cpu")
+        model, pipeline = world.model, world.pipeline
+        shuffled = np.random.default_rng(6)
+        for frame in range(4):
+            state = model.state()
+            poses = state.body_q.numpy()
+            poses[:, :3] = shuffled.uniform(-0.5, 0.5, (len(poses), 3))
+            if frame == 2:
+                poses[7] = np.nan
+            state.body_q.assign(poses)
+            pipeline.collide(state, pipeline.contacts())
+            found = pipeline.broad_phase_shape_pairs.numpy()[: pipeline.broad_phase_pair_count.numpy()[0]]
+            pairs.append({tuple(pair) for pair in found.tolist() if pair[0] >= 0})
+    assert pairs[:4] == pairs[4:]
+    assert min(map(len, pairs)) > 300
 
 
 def scattered(stage):
@@ -131,25 +194,6 @@ def test_motion_is_that_of_visits_to_all_contacts(make, counts, monkeypatch):
     newtons, _ = trajectory(make)
     assert ours.tobytes() == newtons.tobytes()
     assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved
-
-
-def hulls(stage):
-    """A heap of hulls, also of few corners, of as many as fit into one look at them, and of equally far ones."""
-    ground(stage)
-    rng = np.random.default_rng(3)
-    for i, count in enumerate((4, 6, 7, 8, 9, 15, 16, 17, 40, 60) * 2):
-        points = rng.normal(size=(count, 3))
-        points *= 0.12 / np.linalg.norm(points, axis=1, keepdims=True)
-        if i >= 10:
-            points = np.round(points, 1) + 0.02 * np.sign(points)
-        hull = ConvexHull(points, qhull_options="QJ")
-        made = mesh(stage, f"/World/h{i}", points, hull.simplices)
-        made.AddTranslateOp().Set(tuple(rng.uniform((-0.3, -0.3, 0.2), (0.3, 0.3, 0.9))))
-        made.AddScaleOp().Set((1.0, 1.0, rng.choice([1.0, 0.5])))
-        collide(made.GetPrim())
-        make_body(made.GetPrim())
-    pile(stage, 5)
-    return lambda engine, frame: None
 
 
 def test_motion_is_that_of_newtons_search_for_the_corners_of_hulls(monkeypatch):

@@ -140,6 +140,20 @@ def test_values_that_change_nothing_are_not_named():
     assert not warnings_of(stage)
 
 
+@pytest.mark.parametrize(("leader", "is_named"), [("RevoluteJoint", False), ("PrismaticJoint", False), ("Joint", True)])
+def test_the_axis_of_a_joint_that_is_mimicked_is_named_where_it_has_several(leader, is_named):
+    stage = new_stage()
+    joints = [stage.DefinePrim("/World/leader", f"Physics{leader}")]
+    joints.append(stage.DefinePrim("/World/follower", "PhysicsRevoluteJoint"))
+    for index, prim in enumerate(joints):
+        add(stage, f"/World/arm_{index}")
+        UsdPhysics.Joint(prim).CreateBody1Rel().SetTargets([f"/World/arm_{index}"])
+    joints[1].AddAppliedSchema("PhysxMimicJointAPI:rotZ")
+    joints[1].CreateRelationship("physxMimicJoint:rotZ:referenceJoint").SetTargets(["/World/leader"])
+    joints[1].CreateAttribute("physxMimicJoint:rotZ:referenceJointAxis", Sdf.ValueTypeNames.Token).Set("rotZ")
+    assert any("referenceJointAxis" in message for message in warnings_of(stage)) == is_named
+
+
 def test_settings_of_a_scene_that_ask_for_what_is_done_anyway_are_not_named():
     stage = new_stage()
     scene = stage.DefinePrim("/PhysicsScene", "PhysicsScene")

@@ -28,6 +28,7 @@ from usdsdg_physics.scene.contact_coefficients import (
 )
 from usdsdg_physics.scene.records import STATIC, Collider, Joint, Scene, Shape, Solid
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
+from usdsdg_physics.solver.sweep_pairs import sweep_pairs_alone
 from usdsdg_physics.solver.sweeps import sweep_by_island
 
 if TYPE_CHECKING:
@@ -188,6 +189,7 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
             verify_buffers=False,
             deterministic=model.device.is_cuda,
         )
+    sweep_pairs_alone(pipeline)
     drop_separated_pairs(pipeline)
     return pipeline
 

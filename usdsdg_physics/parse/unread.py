@@ -25,6 +25,9 @@ from usdsdg_physics.parse.schema_table import (
     unread_schema,
 )
 
+_LEADING_AXIS = ":referenceJointAxis"
+_OF_ONE_AXIS = ("PhysicsRevoluteJoint", "PhysicsPrismaticJoint")
+
 # A property by name, of a prim at a path; the name of a schema where nothing of it is authored.
 _Finding = tuple[str, str]
 
@@ -90,9 +93,17 @@ def _differs(prim: Usd.Prim, name: str) -> bool:
         return prim.GetRelationship(name).HasAuthoredTargets()
     if not attribute.HasAuthoredValue():
         return False
+    if name.endswith(_LEADING_AXIS) and _has_one_axis(prim.GetRelationship(name.removesuffix("Axis"))):
+        return False
     value = current_value(attribute)
     met = (_fallbacks().get(_without_instance(name)), *UNREAD_BUT_MET.get(name, ()))
     return value is None or value not in met
+
+
+def _has_one_axis(leader: Usd.Relationship) -> bool:
+    """Return whether the joint that another one mimics has one axis, which any name of an axis means."""
+    prims = (leader.GetStage().GetPrimAtPath(path) for path in leader.GetTargets()[:1]) if leader else ()
+    return any(prim and prim.GetTypeName() in _OF_ONE_AXIS for prim in prims)
 
 
 def _without_instance(name: str) -> str:

@@ -45,6 +45,9 @@ def drop_separated_pairs(pipeline: newton.CollisionPipeline) -> None:
             dim=THREADS,
             inputs=[
                 bounded,
+                model.shape_type,
+                model.shape_scale,
+                model.shape_source_ptr,
                 model.shape_collision_aabb_lower,
                 model.shape_collision_aabb_upper,
                 model.shape_gap,

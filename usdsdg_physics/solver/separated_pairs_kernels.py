@@ -5,6 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.solver.hull_corners import HULL, farthest_corner
+
 wp.set_module_options({"enable_backward": False})
 
 # Of what boxes must be apart, as part of their sizes and of their distance from the origin: rounding.
@@ -16,6 +18,9 @@ ORIGIN_TOLERANCE = wp.constant(1.0e-6)
 def drop_separated_pairs(
     # shape
     bounded: wp.array[wp.int32],
+    kind: wp.array[wp.int32],
+    scale: wp.array[wp.vec3],
+    source: wp.array[wp.uint64],
     lower: wp.array[wp.vec3],
     upper: wp.array[wp.vec3],
     gap: wp.array[wp.float32],
@@ -29,7 +34,8 @@ def drop_separated_pairs(
 ):
     """Make both shapes -1 of each pair of `bounded` ones whose boxes, in their own axes, are too far apart to touch.
 
-    The broad phase compares boxes along the axes of the world, which are much larger than a turned body.
+    The broad phase compares boxes along the axes of the world, which are much larger than a turned body. Hulls count
+    themselves in place of their boxes.
     """
     first = wp.tid()
     for i in range(first, wp.min(count[0], pairs.shape[0]), stride):
@@ -48,8 +54,45 @@ def drop_separated_pairs(
         # All in the axes of the first box.
         inverse = wp.quat_inverse(wp.transform_get_rotation(transform[a]))
         turn = wp.quat_to_matrix(inverse * wp.transform_get_rotation(transform[b]))
-        if boxes_are_apart(half_a, half_b, wp.quat_rotate(inverse, center_b - center_a), turn, reach):
+        offset = wp.quat_rotate(inverse, center_b - center_a)
+        if boxes_are_apart(half_a, half_b, offset, turn, reach):
             pairs[i] = wp.vec2i(-1, -1)
+        elif kind[a] == HULL or kind[b] == HULL:
+            # In the axes of the first box, with the middle of each as its origin: from one middle to the other, or to
+            # the nearest point of a box, which shows that what lies beside a wall is apart from that.
+            across = offset
+            if kind[a] != HULL:
+                across = offset - nearest_in_box(half_a, offset)
+            elif kind[b] != HULL:
+                across = offset + turn * nearest_in_box(half_b, -(offset * turn))
+            direction = wp.normalize(wp.where(wp.length_sq(across) > 0.0, across, offset))
+            point_a = farthest_of(kind[a], source[a], scale[a], lower[a], upper[a], direction)
+            point_b = farthest_of(kind[b], source[b], scale[b], lower[b], upper[b], -(direction * turn))
+            if wp.dot(direction, offset + turn * point_b - point_a) > reach:
+                pairs[i] = wp.vec2i(-1, -1)
+
+
+@wp.func
+def nearest_in_box(half: wp.vec3, point: wp.vec3):
+    """Return the point of a box around the origin that is nearest to another."""
+    return wp.max(wp.min(point, half), -half)
+
+
+@wp.func
+def farthest_of(kind: int, source: wp.uint64, scale: wp.vec3, lower: wp.vec3, upper: wp.vec3, direction: wp.vec3):
+    """Return the point of a hull that is farthest along a direction, of another shape that of its box.
+
+    Both are seen from the middle of the box.
+    """
+    half = 0.5 * (upper - lower)
+    if kind != HULL:
+        return wp.vec3(
+            wp.where(direction[0] > 0.0, half[0], -half[0]),
+            wp.where(direction[1] > 0.0, half[1], -half[1]),
+            wp.where(direction[2] > 0.0, half[2], -half[2]),
+        )
+    corner = farthest_corner(source, wp.cw_mul(direction, scale))
+    return wp.cw_mul(wp.mesh_get(source).points[corner], scale) - 0.5 * (lower + upper)
 
 
 @wp.func

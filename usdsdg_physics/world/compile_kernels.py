@@ -34,7 +34,8 @@ _MODULES = {
     "newton._src.solvers.steel.kernels.inverse_dynamics": 0.4,
     "newton._src.solvers.steel.kernels.mass_dynamics": 0.4,
     "newton._src.solvers.steel.solver_steel": 0.4,
-    "usdsdg_physics.solver.separated_pairs_kernels": 0.4,
+    "usdsdg_physics.solver.separated_pairs_kernels": 0.5,
+    "usdsdg_physics.solver.sweep_pairs_kernels": 0.5,
     "usdsdg_physics.solver.response_kernels": 0.4,
 }
 # Newton's narrow phase has several modules, named by their options; by parts of names.
@@ -70,7 +71,8 @@ def prepare_newton() -> None:
     import usdsdg_physics.solver.separated_pairs_kernels
 
     with suppress(ImportError):  # another version of Newton has its functions elsewhere
-        import usdsdg_physics.solver.sweep_kernels  # noqa: F401
+        import usdsdg_physics.solver.sweep_kernels
+        import usdsdg_physics.solver.sweep_pairs_kernels  # noqa: F401
 
     # Only once: Warp takes any setting for a change, and reads all kernels of the module again.
     module = sys.modules.get(_WITHOUT_GRADIENTS)
@@ -163,7 +165,8 @@ def load_all_kernels(device: str | None, *, progress: Progress | None = None) ->
     block = _DEFAULT_BLOCK if target.is_cuda else 1
     loads = [ModuleLoad(module, target, block, _seconds(module)) for module in on_target]
     loads += [ModuleLoad(module, cpu, 1, _seconds(module)) for module in on_cpu]
-    loads += [ModuleLoad(module, target, size if target.is_cuda else 1) for size, module in sort_modules().items()]
+    if target.is_cuda:  # on the CPU `sweep_pairs_alone` sorts
+        loads += [ModuleLoad(module, target, size) for size, module in sort_modules().items()]
     load_modules(loads, what=WHAT, threads=min(MAX_COMPILERS, available_threads()), progress=progress)
 
 

@@ -152,11 +152,19 @@ def opposite_end(
     body = outlines.body[lying]
     center = wp.transform_point(body_q[body], outlines.center[body])
 
-    deepest, end = deepest_of_pair(contact, count, outlines, body_q, contacts)
-    middle = middle_beside(contact, end, deepest, side, outlines, body_q, contacts)
+    deepest, end, least = deepest_of_pair(contact, count, outlines, body_q, contacts)
+    start = point_of(deepest, side, outlines, body_q, contacts)
+    normal = contacts.normal[deepest]
+    middle = wp.vec3(0.0, 0.0, 0.0)
+    beside = int(0)
+    for i in range(contact, end):
+        if is_beside(i, side, normal, start, least, outlines, body_q, contacts):
+            middle += point_of(i, side, outlines, body_q, contacts)
+            beside += 1
+    middle /= float(beside)
 
     # Down is from the body that lies to what it lies on, across from the contacts to below the center of mass.
-    down = wp.where(side == 0, contacts.normal[deepest], -contacts.normal[deepest])
+    down = wp.where(side == 0, normal, -normal)
     across = center - middle
     reach = wp.length(across)
     across -= wp.dot(across, down) * down
@@ -165,14 +173,13 @@ def opposite_end(
         return ends
     across = across / distance
     for i in range(contact, end):
-        if is_beside(i, deepest, side, outlines, body_q, contacts):
+        if is_beside(i, side, normal, start, least, outlines, body_q, contacts):
             if wp.dot(point_of(i, side, outlines, body_q, contacts) - center, across) >= 0.0:
                 return ends  # lies on both sides
 
     to_world = body_q[body] * outlines.transform[lying]
     aside = TAN_ASIDE * SIN_TILT * wp.cross(down, across)
     direction = COS_TILT * down + SIN_TILT * across
-    start = point_of(deepest, side, outlines, body_q, contacts)
     ground = point_of(deepest, 1 - side, outlines, body_q, contacts)
     margin = contacts.margin0[deepest] + contacts.margin1[deepest]
     previous = start
@@ -208,7 +215,7 @@ def opposite_end(
 def deepest_of_pair(
     contact: int, count: int, outlines: Outlines, body_q: wp.array[wp.transform], contacts: ContactArrays
 ):
-    """Return the deepest contact of the pair of shapes whose first contact is given, and the one after its last."""
+    """Return the deepest contact of the pair of shapes whose first is given, the one after its last, and its gap."""
     deepest = int(contact)
     least = float(1.0e10)
     end = int(contact)
@@ -220,27 +227,7 @@ def deepest_of_pair(
             least = gap
             deepest = end
         end += 1
-    return deepest, end
-
-
-@wp.func
-def middle_beside(
-    contact: int,
-    end: int,
-    deepest: int,
-    side: int,
-    outlines: Outlines,
-    body_q: wp.array[wp.transform],
-    contacts: ContactArrays,
-):
-    """Return the middle [m], world, of the contacts from one up to `end` that are in the plane of the deepest."""
-    middle = wp.vec3(0.0, 0.0, 0.0)
-    beside = int(0)
-    for i in range(contact, end):
-        if is_beside(i, deepest, side, outlines, body_q, contacts):
-            middle += point_of(i, side, outlines, body_q, contacts)
-            beside += 1
-    return middle / float(beside)
+    return deepest, end, least
 
 
 @wp.func
@@ -262,19 +249,22 @@ def gap_of(contact: int, outlines: Outlines, body_q: wp.array[wp.transform], con
 @wp.func
 def is_beside(
     contact: int,
-    deepest: int,
     side: int,
+    normal: wp.vec3,
+    start: wp.vec3,
+    least: float,
     outlines: Outlines,
     body_q: wp.array[wp.transform],
     contacts: ContactArrays,
 ):
     """Return whether a contact has the plane of the deepest one, and a tilt about that would bring it down.
 
-    A mesh gives others besides: those with edges of triangles some way off.
+    A mesh gives others besides: those with edges of triangles some way off. The deepest has `normal`, `start` is its
+    point of a `side`, and `least` its gap.
     """
-    if wp.dot(contacts.normal[contact], contacts.normal[deepest]) < COS_TILT:
+    if wp.dot(contacts.normal[contact], normal) < COS_TILT:
         return False
-    start = point_of(deepest, side, outlines, body_q, contacts)
-    arm = wp.length(point_of(contact, side, outlines, body_q, contacts) - start)
-    higher = gap_of(contact, outlines, body_q, contacts) - gap_of(deepest, outlines, body_q, contacts)
-    return higher <= SIN_TILT * arm
+    point0 = point_of(contact, 0, outlines, body_q, contacts)
+    point1 = point_of(contact, 1, outlines, body_q, contacts)
+    arm = wp.length(wp.where(side == 0, point0, point1) - start)
+    return contact_gap(contact, point0, point1, contacts) - least <= SIN_TILT * arm

@@ -36,7 +36,7 @@ class Substeps:
         self._factor = JOINT_FACTOR if jointed else 1
         self._meshes = TriangleMeshes(scene, shape_index)
         self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
-        self._swinging = SwingingJoints(model)
+        self._swinging = SwingingJoints(model, [scene.halves.get(path, path) for path in scene.bodies])
         self._fast = FastBodies(scene, model)
         self._any = bool(scene.bodies)
 

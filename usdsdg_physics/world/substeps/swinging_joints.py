@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import rotated
 
 if TYPE_CHECKING:
@@ -18,21 +20,25 @@ if TYPE_CHECKING:
 # this [rad] in one, chains gain energy from swing to swing: ten links that fall from the horizontal gain 1 % of what
 # they have above zero, 4 % at twice as much, and fly apart in four substeps of a step, however fast they are.
 MAX_TURN = 0.025
-MAX_FACTOR = 16  # so many substeps in place of one, at most
+MAX_FACTOR, MAX_TOP_FACTOR = 16, 64  # so many substeps in place of one, at most; the second for tops
 SHORTEST_ARM = 1e-6  # m
 # Newton keeps the energy of the spin about a center of mass, but not what a ball joint far from that adds, on which a
 # spinning top falls or climbs: from this ratio of mass * arm² and the largest inertia on, arms must turn about
-# themselves by no more than twice `MAX_TURN`, too.
+# themselves by no more than twice `MAX_TURN`, too. From twice that on the spin itself grows without end.
 FAR_ARM = 0.3
 SPIN_SHARE = 0.5
+GROWS = 2.0
 TRIPLE = 3
 
 
 class SwingingJoints:
     """The arms from joints to the centers of mass of their bodies; wheels, which turn about these, have none."""
 
-    def __init__(self, model: newton.Model) -> None:
+    def __init__(self, model: newton.Model, paths: Sequence[str]) -> None:
+        """`paths` are those of the bodies; others, which close loops of joints, come after these."""
         import newton
+
+        self._paths = paths
 
         names = ("type", "parent", "child", "X_p", "X_c")
         joint = {name: getattr(model, f"joint_{name}").numpy() for name in names}
@@ -66,9 +72,25 @@ class SwingingJoints:
         """
         arms = rotated(poses[self._bodies, 3:].astype(np.float64), self._arms)
         rates = np.linalg.norm(np.cross(velocities[self._bodies, 3:], arms), axis=1)
-        spins = SPIN_SHARE * np.linalg.norm(velocities[self._tops, 3:], axis=1)
-        fastest = np.nan_to_num(np.concatenate([rates, spins, np.abs(speeds)])).max(initial=0.0)
-        turn, factor = float(fastest) * substep, 1
-        while factor < MAX_FACTOR and turn > factor * MAX_TURN:
-            factor *= 2
+        spins = np.nan_to_num(SPIN_SHARE * np.linalg.norm(velocities[self._tops, 3:], axis=1))
+        swing = np.nan_to_num(np.concatenate([rates, np.abs(speeds)])).max(initial=0.0)
+        spin = spins.max(initial=0.0)
+        factor = max(_power(swing * substep, MAX_FACTOR), _power(spin * substep, MAX_TOP_FACTOR))
+        if spin * substep > GROWS * factor * MAX_TURN:
+            body = int(self._tops[spins.argmax()])
+            name = self._paths[body] if body < len(self._paths) else "a body of a loop of joints"
+            warn_once(
+                f"{name} turns at {spin / SPIN_SHARE:.0f} rad/s on a ball joint far from its center of "
+                "mass: steps that are this long let it gain energy. Raise physxScene:timeStepsPerSecond or lower "
+                "physxRigidBody:maxAngularVelocity.",
+                key="tops that turn too fast",
+            )
         return factor
+
+
+def _power(turn: float, most: int) -> int:
+    """Return the least power of two in which parts of a turn [rad] are no larger than `MAX_TURN`, or the most."""
+    factor = 1
+    while factor < most and turn > factor * MAX_TURN:
+        factor *= 2
+    return factor
