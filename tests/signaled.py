@@ -12,7 +12,7 @@ from typing import Any
 
 def heed_signals() -> None:
     """Heed the signals that a process ignores which `nohup`, or a shell in its background, has started."""
-    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGXCPU):
         signal.signal(number, signal.SIG_DFL)
 
 

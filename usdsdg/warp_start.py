@@ -124,9 +124,10 @@ def _lines_held_back(start: bytes) -> Iterator[None]:
             os.dup2(real, 2)
             os.close(real)
             held.seek(0)
-            for line in held:
-                if not line.startswith(start):
-                    os.write(2, line)
+            with suppress(OSError):  # nobody reads it
+                for line in held:
+                    if not line.startswith(start):
+                        os.write(2, line)
 
 
 def _flush_stderr() -> None:

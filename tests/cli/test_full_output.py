@@ -1,5 +1,9 @@
-"""What a command prints, where it cannot be written: one line, whether Python keeps a buffer or not."""
+"""What a command prints, where it cannot be written, whether Python keeps a buffer or not.
 
+Results that are lost are an error of one line; what is told on stderr is left out.
+"""
+
+import contextlib
 import os
 import subprocess
 import sys
@@ -27,7 +31,39 @@ def test_a_reader_that_has_had_enough_hears_nothing(unbuffered):
     assert (done.returncode, done.stderr) == (1, "")
 
 
-def run(arguments, unbuffered, **streams):
+TALKING = """
+import sys, warnings
+print("a word", file=sys.stderr)
+warnings.warn("a warning")
+print("at the end")
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "unbuffered"), [("no reader", ""), ("no reader", "1"), ("full", ""), ("would wait", "")]
+)
+def test_a_run_goes_on_where_nothing_can_be_told_of_it(tmp_path, kind, unbuffered):
+    script = tmp_path / "script.py"
+    script.write_text(TALKING)
+    if kind == "full":
+        if not Path("/dev/full").exists():
+            pytest.skip("a device of Linux")
+        stderr = os.open("/dev/full", os.O_WRONLY)
+    else:
+        reading, stderr = os.pipe()
+        if kind == "no reader":
+            os.close(reading)
+        else:
+            os.set_blocking(stderr, False)
+            with contextlib.suppress(BlockingIOError):
+                while os.write(stderr, bytes(4096)):
+                    pass
+    done = run(["run", str(script)], unbuffered, stdout=subprocess.PIPE, stderr=stderr)
+    os.close(stderr)
+    assert (done.returncode, done.stdout) == (0, "at the end\n")
+
+
+def run(arguments, unbuffered, *, stdout, stderr=subprocess.PIPE):
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     command = [sys.executable, "-m", "usdsdg", *arguments]
-    return subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, timeout=100, **streams)
+    return subprocess.run(command, env=environment, text=True, timeout=100, stdout=stdout, stderr=stderr)

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP end a run after its frame, with whole files."""
+"""SIGTERM, SIGHUP and SIGXCPU end a run after its frame, with whole files."""
 
 import json
 import signal
@@ -10,6 +10,7 @@ import pytest
 from tests.signaled import run_and_signal
 from usdsdg.cli.options import command_context
 from usdsdg.session import session
+from usdsdg.session.endings import termination
 from usdsdg.writers.journal.folders import Mode
 
 SCRIPT = """
@@ -31,7 +32,7 @@ for frame in range(100000):
 """
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)])
 def test_a_script_leaves_whole_datasets(tmp_path, number, code):
     returned, stderr = run_and_signal(tmp_path, SCRIPT, number)
     assert returned == code, stderr
@@ -43,6 +44,15 @@ def test_a_script_leaves_whole_datasets(tmp_path, number, code):
     images = json.loads(annotations.read_text())["images"]
     assert len(images) == len(pictures)
     assert not list(tmp_path.rglob("*.part"))
+
+
+def test_a_limit_of_processor_time_asks_once():
+    # As the system does each second, once the limit is passed.
+    with termination.listening():
+        with pytest.raises(termination.Terminated):
+            signal.raise_signal(signal.SIGXCPU)
+        signal.raise_signal(signal.SIGXCPU)
+    assert signal.getsignal(signal.SIGXCPU) is signal.SIG_DFL
 
 
 IN_DEL = """

@@ -223,7 +223,7 @@ def test_bodies_that_reach_the_floor_are_thrown_up_again(physics):
     assert target.GetAttribute("physics:velocity").Get() == (0, 0, 0)
 
 
-def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
+def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capfd):
     captured = []
 
     def step(**_):
@@ -236,7 +236,7 @@ def test_ctrl_c_finishes_the_frame_and_then_stops(physics, monkeypatch, capsys):
     chosen = config(num_frames=5)
     assert capture_loop.capture_frames(chosen, scene(chosen), Draws(0)) == 2
     assert len(captured) == 2
-    assert "Ctrl-C again stops at once" in capsys.readouterr().err
+    assert "Ctrl-C again stops at once" in capfd.readouterr().err
     assert signal.getsignal(signal.SIGINT) is handler
 
 

@@ -1,10 +1,10 @@
 """Ctrl-C while frames are captured: the frame in progress is finished first."""
 
+import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 
 @contextmanager
@@ -18,7 +18,9 @@ def stop_request() -> Iterator[Callable[[], bool]]:
     def on_interrupt(_signal: int, _frame: object) -> None:
         asked.set()
         signal.signal(signal.SIGINT, before)
-        print("stopping after this frame; Ctrl-C again stops at once", file=sys.stderr)
+        # Not by `print`, which Python refuses where the signal came in the middle of another one.
+        with suppress(OSError):
+            os.write(2, b"stopping after this frame; Ctrl-C again stops at once\n")
 
     before = signal.signal(signal.SIGINT, on_interrupt)
     try:

@@ -200,6 +200,10 @@ _REASONS = {
 }
 
 
+# Free bytes of a disk that has room for any file of a dataset, so that it lacks inodes where it is full.
+_MUCH = 1 << 30
+
+
 def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another output_dir") -> OutputNotWritable:
     """Return the error, with cause and remedy, that an error of the system at a file is.
 
@@ -212,7 +216,10 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
         elsewhere = f"remove the link, or {elsewhere}"
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
-            reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
+            free = shutil.disk_usage(path.parent).free
+            if free > _MUCH:
+                cause = reason = "the disk takes no more files, of which `df -i` counts those that are left"
+            reason += f" ({free / 1e6:.0f} MB free)"
         remedy = f"Free space or {elsewhere}; the files written so far are whole."
     elif error.errno == errno.EFBIG:
         remedy = "Raise the limit (ulimit -f); the files written so far are whole."

@@ -289,6 +289,12 @@ def test_a_camera_with_an_invalid_transform_is_refused(stage, wrong):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)
 
 
+def test_a_camera_that_32_bit_numbers_do_not_reach_is_refused(stage):
+    make(stage).AddTranslateOp(opSuffix="away").Set(Gf.Vec3d(0, 1e39, 0))
+    with pytest.raises(RenderError, match="/World/cam gives no image: its place is farther from the origin"):
+        camera_view.read_camera(stage, "/World/cam", RESOLUTION)
+
+
 @pytest.mark.parametrize("unit", [0.0, -1.0, math.nan])
 def test_an_invalid_length_unit_is_named_and_read_as_meters(stage, unit):
     errors.forget_warnings()

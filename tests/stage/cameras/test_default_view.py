@@ -1,5 +1,7 @@
 """Default cameras and lights: everything is in the image, and the stage's own layers stay unchanged."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,6 +141,32 @@ def test_an_animated_stage_is_framed_where_it_begins():
 def test_a_stage_without_geometry_says_so():
     with pytest.raises(StageError, match="no visible geometry"):
         default_view.add_camera(Usd.Stage.CreateInMemory(), 1.0)
+
+
+def test_a_stage_whose_geometry_is_in_one_point_says_so():
+    stage = stage_of()
+    UsdGeom.Xform.Define(stage, "/World").AddScaleOp().Set(Gf.Vec3d(0, 0, 0))
+    with pytest.raises(StageError, match="all visible geometry of the stage is in one point"):
+        default_view.add_camera(stage, 1.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_mesh_with_an_infinite_point_is_left_out():
+    stage = stage_of()
+    mesh = UsdGeom.Mesh.Define(stage, "/World/Broken")
+    mesh.CreatePointsAttr([(0, 0, 0), (math.inf, 0, 0), (0, 3, 0)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    np.testing.assert_array_equal(default_view.world_bounds(stage), default_view.world_bounds(stage_of()))
+
+
+def test_a_point_instancer_without_one_of_its_prototypes_is_left_out():
+    stage = stage_of()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Broken")
+    instancer.CreatePrototypesRel().SetTargets([UsdGeom.Cube.Define(stage, "/World/Broken/Cube").GetPath(), "/Nowhere"])
+    instancer.CreateProtoIndicesAttr([0, 1])
+    instancer.CreatePositionsAttr([(90, 0, 0), (0, 0, 0)])
+    np.testing.assert_array_equal(default_view.world_bounds(stage), default_view.world_bounds(stage_of()))
 
 
 def test_a_skinned_character_is_framed_as_deformed_at_the_time():

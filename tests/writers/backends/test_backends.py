@@ -3,6 +3,7 @@ import threading
 import warnings
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -238,7 +239,10 @@ def test_a_read_only_folder_is_refused(tmp_path):
         tmp_path.chmod(0o700)
 
 
-def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("free", "said"), [(4e6, "the disk is full"), (9e9, "the disk takes no more files, .* `df -i`")]
+)
+def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch, free, said):
     def full(part, chunks):
         with open(part, "wb") as file:
             file.write(b"".join(chunks)[:4])
@@ -246,9 +250,9 @@ def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch):
 
     (tmp_path / "x.bin").write_bytes(b"before")
     monkeypatch.setattr(whole_file, "_write", full)
-    with pytest.raises(
-        OutputNotWritable, match=r"x\.bin cannot be written: the disk is full .*MB free.*whole"
-    ) as caught:
+    monkeypatch.setattr(whole_file.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+    message = rf"x\.bin cannot be written: {said}.* \({free / 1e6:.0f} MB free\).*whole"
+    with pytest.raises(OutputNotWritable, match=message) as caught:
         write_whole(tmp_path / "x.bin", b"12345678")
     assert isinstance(caught.value.__cause__, OSError)
     assert names(tmp_path) == ["x.bin"]

@@ -90,7 +90,8 @@ def command_context(
 
     keeps_files: False for a command that makes no dataset or other result bit by bit, where it is ended early.
 
-    Errors of usdsdg, Ctrl-C and signals to end (SIGTERM, SIGHUP) end the program with one message, without a traceback.
+    Errors of usdsdg, Ctrl-C and signals to end (SIGTERM, SIGHUP, SIGXCPU) end the program with one message, without a
+    traceback.
     """
     warnings.showwarning = _plain_warning
     sys.unraisablehook = _repeat_lost_interrupt

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP, by which schedulers and closed terminals end a process: the frame in hand is finished first."""
+"""Signals by which schedulers and closed terminals end a process: the frame in hand is finished first."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
 
-# Windows has no SIGHUP.
-NAMES = ("SIGTERM", "SIGHUP")
+# SIGXCPU comes once the processor time that a process may take (`ulimit -t`) is used up. Windows has SIGTERM only.
+NAMES = ("SIGTERM", "SIGHUP", "SIGXCPU")
 
 
 class Terminated(KeyboardInterrupt):
@@ -30,6 +30,8 @@ class _Pending:
         self.frames = 0  # that are being captured: one, or none
 
     def on_signal(self, number: int, _frame: FrameType | None) -> None:
+        if signal.Signals(number).name == "SIGXCPU":
+            signal.signal(number, signal.SIG_IGN)  # the system sends it again each second, which asks for nothing more
         if self.number is None and self.frames:
             self.number = number
             # The terminal may be gone.
@@ -44,7 +46,7 @@ _pending = _Pending()
 
 @contextmanager
 def listening() -> Iterator[None]:
-    """Turn both signals into `Terminated`, raised between frames; those that are ignored, as under nohup, stay so.
+    """Turn these signals into `Terminated`, raised between frames; those that are ignored, as under nohup, stay so.
 
     Only the main thread can; elsewhere nothing changes.
     """

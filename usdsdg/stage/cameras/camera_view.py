@@ -330,6 +330,8 @@ def _check(view: CameraView) -> None:
         problem = f"clippingRange {view.clipping_range} (near must be finite and below far)"
     elif (broken := _not_finite(view)) is not None:
         problem = broken
+    elif np.abs(view.local_to_world[3, :3]).max() > np.finfo(np.float32).max:
+        problem = "its place is farther from the origin than numbers of 32 bits reach"
     elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:
         problem = "a scale of zero in its transform"
     if problem:

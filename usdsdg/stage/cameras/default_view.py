@@ -48,7 +48,7 @@ def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
     time: time of the geometry; None for the start of an animated stage.
 
     Raises:
-        StageError: there is no visible geometry.
+        StageError: there is no visible geometry, or it has no size.
     """
     to_world, distance, (nearest, farthest) = looking_at_all(stage, aspect, time)
     with Usd.EditContext(stage, stage.GetSessionLayer()):
@@ -68,7 +68,7 @@ def looking_at_all(
     """Return the pose (4, 4) of `add_camera`, its distance from the center, and those of the nearest and farthest.
 
     Raises:
-        StageError: there is no visible geometry.
+        StageError: there is no visible geometry, or it has no size.
     """
     low, high = world_bounds(stage, time)
     center, to_camera = (low + high) / 2, _direction(stage, _TO_CAMERA)
@@ -77,6 +77,8 @@ def looking_at_all(
     in_camera = (corners - center) @ to_world[:3, :3].T
     half = _FILL * _APERTURE / _FOCAL_LENGTH / 2 * np.array([1.0, 1.0 / aspect])
     distance = float((in_camera[:, 2] + (np.abs(in_camera[:, :2]) / half).max(axis=1)).max())
+    if distance <= 0:
+        raise StageError(f"all visible geometry of {_name(stage)} is in one point; correct its points, size or scale")
     to_world[3, :3] = center + distance * to_camera
     return to_world, distance, (distance - in_camera[:, 2].max(), distance - in_camera[:, 2].min())
 
@@ -103,14 +105,20 @@ def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np
     skinning = Skinning()
     for time_code in _times(stage) if time is None else [time]:
         drawn = DrawnBoxes(time_code, _PURPOSES)
-        found = [_bounds(prim, time_code, drawn, skinning) for prim in _prims(stage) if _is_visible(prim, time_code)]
+        prims = (prim for prim in _drawn_alone(stage) if _is_visible(prim, time_code))
+        found = [_bounds(prim, time_code, drawn, skinning) for prim in prims]
         boxes = np.array([box for box in found if box is not None]).reshape(-1, 2, 3)
         boxes = boxes[np.isfinite(boxes).all(axis=(1, 2))]
         if len(boxes):
             return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    raise StageError(
+        f"{_name(stage)} has no visible geometry, so there is nothing to look at; create or open something first"
+    )
+
+
+def _name(stage: Usd.Stage) -> str:
     layer = stage.GetRootLayer()
-    name = "the stage" if layer.anonymous else layer.identifier
-    raise StageError(f"{name} has no visible geometry, so there is nothing to look at; create or open something first")
+    return "the stage" if layer.anonymous else layer.identifier
 
 
 def _bounds(prim: Usd.Prim, time: Usd.TimeCode, drawn: DrawnBoxes, skinning: Skinning) -> np.ndarray | None:
@@ -138,6 +146,15 @@ def _is_visible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
 
 def _prims(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     yield from stage.Traverse(Usd.TraverseInstanceProxies())
+
+
+def _drawn_alone(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    """Yield the prims that are drawn where they are, or draw others: not those that only a point instancer draws."""
+    prims = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()
+        yield prim
 
 
 def axes(stage: Usd.Stage) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.stage.geometry.point_names import draws_in_a_circle
+from usdsdg.stage.geometry.point_names import draws_in_a_circle, lacks_prototypes
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 
 # Purposes of what is drawn in pictures.
@@ -21,7 +21,7 @@ class DrawnBoxes:
         self._own: dict[Usd.Prim, np.ndarray | None] = {}
 
     def own(self, prim: Usd.Prim) -> np.ndarray | None:
-        """Return the lowest and highest corner (2, 3) in the prim's own frame; None for no geometry."""
+        """Return the lowest and highest corner (2, 3) in the prim's own frame; None for none that is finite."""
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         if source not in self._own:
             self._own[source] = self._computed(source)
@@ -43,7 +43,8 @@ class DrawnBoxes:
             box = np.array(extent, np.float64) if extent is not None and len(extent) == 2 else np.full((2, 3), np.nan)
             if np.isfinite(box).all() and (box[0] <= box[1]).all():
                 return box
-        elif prim.IsA(UsdGeom.PointInstancer) and draws_in_a_circle(prim):
-            return None  # USD would not end
+        elif prim.IsA(UsdGeom.PointInstancer) and (draws_in_a_circle(prim) or lacks_prototypes(prim)):
+            return None  # USD would not end, or fail
         found = self._cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
-        return None if found.IsEmpty() else np.array([found.GetMin(), found.GetMax()])
+        box = np.array([found.GetMin(), found.GetMax()])
+        return None if found.IsEmpty() or not np.isfinite(box).all() else box

@@ -27,10 +27,25 @@ def draws_in_a_circle(instancer: Usd.Prim, outer: tuple[Sdf.Path, ...] = ()) -> 
     outer: the instancers that have this one among their prototypes.
     """
     outer = (*outer, instancer.GetPath())
+    inner = _inner_instancers(instancer)
+    return any(prim.GetPath() in outer for prim in inner) or any(draws_in_a_circle(prim, outer) for prim in inner)
+
+
+def lacks_prototypes(instancer: Usd.Prim) -> bool:
+    """Return whether a target of `prototypes` is no prim, of a point instancer or of one among its prototypes.
+
+    It does not draw itself: `draws_in_a_circle`.
+    """
+    stage = instancer.GetStage()
+    missing = any(not stage.GetPrimAtPath(path) for path in prototypes_of(instancer))
+    return missing or any(map(lacks_prototypes, _inner_instancers(instancer)))
+
+
+def _inner_instancers(instancer: Usd.Prim) -> list[Usd.Prim]:
+    """Return the point instancers at and below the prototypes of one."""
     roots = [instancer.GetStage().GetPrimAtPath(path) for path in dict.fromkeys(prototypes_of(instancer))]
     below = (prim for root in roots if root for prim in Usd.PrimRange(root, _EVERYTHING))
-    inner = [prim for prim in below if prim.IsA(UsdGeom.PointInstancer)]
-    return any(prim.GetPath() in outer for prim in inner) or any(draws_in_a_circle(prim, outer) for prim in inner)
+    return [prim for prim in below if prim.IsA(UsdGeom.PointInstancer)]
 
 
 class Prototypes:
