@@ -6,12 +6,14 @@ import warnings
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Gf, UsdGeom
+from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.verify.checks.points import are_elsewhere
 from usdsdg.verify.verify import verify
 
 
@@ -126,3 +128,51 @@ def test_classes_of_one_name_are_one_category_of_coco(stage, tmp_path):
     assert [each["category_id"] for each in data["annotations"]] == [category["id"]] * 2
     segments = json.loads((tmp_path / "annotations/panoptic_train.json").read_text())["annotations"][0]["segments_info"]
     assert [each["category_id"] for each in segments] == [category["id"]] * 2
+
+
+def test_a_line_that_is_drawn_beside_the_border_is_not_missing(stage, tmp_path):
+    """The edge of a box leaves the picture by the right border; its line is up to a pixel to the right of it."""
+    box = UsdGeom.Cube.Define(stage, "/World/Box")
+    add_labels(box.GetPrim(), {"class": ["box"]})
+    box.CreateSizeAttr(1.0)
+    box.AddTranslateOp().Set(Gf.Vec3d(8.34 + 18.5, 0, -20))
+    box.AddRotateZOp().Set(-float(np.degrees(np.arctan(1 / 14))))
+    box.AddScaleOp().Set(Gf.Vec3f(8, 90, 1))
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    eye.CreateProjectionAttr("orthographic")
+    eye.CreateHorizontalApertureAttr(640.0)  # tenths of a unit, so that a pixel is a unit
+    assert write(tmp_path, "DataVisualizationWriter", "/Camera", bounding_box_3d=True) == []
+    (written,) = tmp_path.rglob("bounding_box_3d*.png")
+    pixels = np.array(Image.open(written))
+    Image.fromarray(np.roll(pixels, -5, axis=1)).save(written)
+    assert any("edges of 3D boxes" in str(each) for each in verify(tmp_path).faults)
+
+
+def test_models_of_bop_have_what_opacity_hides(stage, tmp_path):
+    root = UsdGeom.Xform.Define(stage, "/World/Tree").GetPrim()
+    add_labels(root, {"class": ["tree"]})
+    for name, x in (("Trunk", -1), ("Leaf", 1)):
+        part = UsdGeom.Cube.Define(stage, f"/World/Tree/{name}")
+        part.CreateSizeAttr(1.0)
+        part.AddTranslateOp().Set(Gf.Vec3d(x, 0, -8))
+    clear = UsdShade.Material.Define(stage, "/World/Clear")
+    shader = UsdShade.Shader.Define(stage, "/World/Clear/Shader")
+    shader.CreateIdAttr("UsdPreviewSurface")
+    shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(0.25)
+    shader.CreateInput("opacityThreshold", Sdf.ValueTypeNames.Float).Set(0.5)
+    clear.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    UsdShade.MaterialBindingAPI.Apply(part.GetPrim()).Bind(clear)
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UsdsdgWarning)
+        assert write(tmp_path, "BopWriter", eye.GetPath().pathString, depth_scale=1.0) == []
+
+
+def test_points_of_surfaces_that_are_seen_edge_on_may_be_off_along_the_sight(stage):
+    UsdGeom.Camera.Define(stage, "/Camera")
+    camera = read_camera(stage, "/Camera", (64, 48))
+    expected = np.array([[0.0, 0.0, -10.0], [1.0, 2.0, -9.0]])
+    for factor, is_elsewhere in ((1.0, False), (1.001, False), (1.01, True)):
+        assert are_elsewhere(factor * expected, expected, camera) is is_elsewhere
+    assert are_elsewhere(expected + np.array([0.01, 0, 0]), expected, camera)
+    assert are_elsewhere(np.nan * expected, expected, camera)

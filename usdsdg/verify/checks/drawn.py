@@ -75,7 +75,8 @@ def _solids(
         for x, y in np.unique(np.floor(pixels).astype(int), axis=0).tolist():
             # Ends of a line that is drawn are rounded, also those out of view.
             near[max(y - reach - 1, 0) : max(y + reach + 2, 0), max(x - reach - 1, 0) : max(x + reach + 2, 0)] = True
-            if 0 <= x < width and 0 <= y < height:
+            # A line may be drawn a pixel beside, so along the border of the image out of it.
+            if reach <= x < width - reach and reach <= y < height - reach:
                 around = drawn[max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
                 missing, total = missing + (not around.any()), total + 1
     stray = drawn & ~near

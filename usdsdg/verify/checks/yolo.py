@@ -17,11 +17,12 @@ from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
 from usdsdg.writers.formats.shapes.polygons import without_holes
 from usdsdg.writers.formats.yolo.oriented import fitted
-from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, NAME
+from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, NAME
 
-BOXES = "bounding_box_2d_tight_fast"
+BOXES, KEYPOINTS = "bounding_box_2d_tight_fast", "keypoints"
 _DIGITS = 2e-6  # of fractions of the picture
 _BOX = 4  # numbers of a box; an outline has more
+_KEYPOINT = 0.02  # pixels: positions of the record are float32, those of the files have few digits
 _CORNERS = 4  # of an oriented box
 _NEAR = 0.01  # pixels by which corners of oriented boxes may be off
 
@@ -39,6 +40,10 @@ class Yolo:
         if self._is_first:
             self._is_first = False
             yield from self._names(seen)
+            yield from _parts(seen)
+        part, parts = f"{IMAGES}/{seen.extra['part']}", seen.extra["parts"]
+        if seen.extra["names"] is not None and part not in parts.values():
+            yield Fault(DESCRIPTION, seen.name, "no part has the folder of the picture", part, _text_of_parts(parts))
         if "unlabeled" in seen.extra:
             yield Fault(seen.extra["unlabeled"], seen.name, "has no file of labels")
         if not seen.picture:
@@ -61,6 +66,24 @@ class Yolo:
         if rows is not None and [names[number] for number in sorted(names)] != [row["name"] for row in rows]:
             expected, found = (", ".join(each) for each in ([row["name"] for row in rows], names.values()))
             yield Fault(DESCRIPTION, "all", f"names are those of {CLASSES}", expected, found)
+
+
+def _parts(seen: Seen) -> Faults:
+    """data.yaml has the folders of the parts, and of training and validation, which Ultralytics asks for."""
+    parts = seen.extra["parts"]
+    if seen.extra["names"] is None:
+        return
+    dealt = list((seen.truth.record.parameters.get("splits") if seen.truth else None) or {"train": 1})
+    own = {name: f"{IMAGES}/{name}" for name in dealt}
+    expected = own | {name: own[dealt[0]] for name in ("train", "val") if name not in own}
+    if seen.truth is not None and any(parts.get(name) != each for name, each in expected.items()):
+        yield Fault(DESCRIPTION, "all", "the folders of the parts", _text_of_parts(expected), _text_of_parts(parts))
+    elif missing := [name for name in ("train", "val") if name not in parts]:
+        yield Fault(DESCRIPTION, "all", f"has no {' and no '.join(missing)}", "", _text_of_parts(parts))
+
+
+def _text_of_parts(parts: Mapping[str, str]) -> str:
+    return ", ".join(f"{name}: {folder}" for name, folder in parts.items()) or "none"
 
 
 def _task(seen: Seen) -> str | None:
@@ -88,7 +111,7 @@ def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
         if ((values < 0) | (values > 1)).any() and not may_reach_out:
             yield Fault(file, seen.name, f"line {number} has fractions of the picture", "0 to 1", text(values[:2]))
         yield from _keypoints(seen, file, number, points)
-        parsed.append((None if names is None else names.get(kind, "?"), values))
+        parsed.append((None if names is None else names.get(kind, "?"), values, points))
     if seen.truth is not None:
         yield from _objects(seen, file, parsed, seen.truth, task == "obb")
 
@@ -102,8 +125,32 @@ def _keypoints(seen: Seen, file: str, number: int, points: np.ndarray) -> Faults
         yield Fault(file, seen.name, f"keypoints of line {number} are in the picture, or 0", "", text(points[:, :2]))
 
 
+def _places(
+    seen: Seen,
+    file: str,
+    thing: Thing,
+    points: np.ndarray,
+    expected: Mapping[str, tuple[float, float, bool]],
+    truth: Truth,
+) -> Faults:
+    """Keypoints are where those of the stage project to; which is which the files do not tell, but for an option."""
+    size, names = np.array(truth.product.size, float), truth.record.parameters.get("keypoints")
+    places = {name: np.array(place[:2]) for name, place in expected.items() if names is None or name in names}
+    # At the edge of the picture rounding decides.
+    at_edge = {name for name, place in places.items() if np.minimum(abs(place), abs(place - size)).min() < _KEYPOINT}
+    left = {name: place for name, place in places.items() if expected[name][2] or name in at_edge}
+    for place in points[points[:, 2] > 0, :2] * size:
+        nearest = min(left, key=lambda name, place=place: float(np.abs(left[name] - place).max()), default=None)
+        if nearest is None or np.abs(left.pop(nearest) - place).max() > _KEYPOINT:
+            yield Fault(
+                file, seen.name, f"a keypoint of {thing.path} is none of the object's [pixels]", "", text(place)
+            )
+    if missing := [name for name in left if name not in at_edge]:
+        yield Fault(file, seen.name, f"{thing.path} lacks keypoints that are in the picture", ", ".join(missing))
+
+
 def _objects(
-    seen: Seen, file: str, parsed: list[tuple[str | None, np.ndarray]], truth: Truth, is_oriented: bool
+    seen: Seen, file: str, parsed: list[tuple[str | None, np.ndarray, np.ndarray]], truth: Truth, is_oriented: bool
 ) -> Faults:
     """Every line is of a visible object; its class is compared where its name is known."""
     members = truth.members(truth.filter_of(BOXES))
@@ -123,7 +170,8 @@ def _objects(
         # Of two with one box, that of the name.
         return float(np.abs(ends[index] / size - box).max()) + 1e-3 * (_name(things[index]) != name)
 
-    for name, values in parsed:
+    keypoints = truth.keypoints(truth.filter_of(KEYPOINTS)) if seen.extra["keypoints"] else {}
+    for name, values, points in parsed:
         box = _box(values)
         if not things:
             yield Fault(
@@ -134,6 +182,8 @@ def _objects(
         thing = things.pop(index)
         if name is not None and name != _name(thing):
             yield Fault(file, seen.name, f"the class of {thing.path}", _name(thing), name)
+        if len(points):
+            yield from _places(seen, file, thing, points, keypoints.get(thing.path, {}), truth)
         if is_oriented:
             yield from _oriented(seen, file, thing, values * truth.product.size, members == index, rectangles[index])
         elif differs(box, ends[index] / size, relative=0.0, absolute=_DIGITS):
