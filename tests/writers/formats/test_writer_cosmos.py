@@ -78,7 +78,7 @@ def test_pictures_of_another_size_are_in_no_video(frame, tmp_path):
     receive(writer, frame)
     with pytest.warns(UsdsdgWarning, match=r"the picture 2 of clip_0000 has 32 x 40 pixels and the first one 64 x 48"):
         finish(writer)
-    assert files(tmp_path) == sorted(clip(0, 5))
+    assert set(clip(0, 5)) < set(files(tmp_path))
     for modality in MODALITIES:
         shown = images_of((tmp_path / f"clip_0000/{modality}.mp4").read_bytes())
         assert [image.shape[:2] for image in shown] == [(48, 64)] * 3
