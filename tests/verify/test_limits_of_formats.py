@@ -176,3 +176,22 @@ def test_points_of_surfaces_that_are_seen_edge_on_may_be_off_along_the_sight(sta
         assert are_elsewhere(factor * expected, expected, camera) is is_elsewhere
     assert are_elsewhere(expected + np.array([0.01, 0, 0]), expected, camera)
     assert are_elsewhere(np.nan * expected, expected, camera)
+
+
+def test_depths_of_rays_across_the_axis_are_rounded_as_distances(stage, tmp_path):
+    """The two columns of a panorama look to the left and to the right."""
+    wall = UsdGeom.Sphere.Define(stage, "/World/Wall")
+    wall.CreateRadiusAttr(7.3)
+    wall.AddTranslateOp().Set(Gf.Vec3d(1.1, 0.4, 0.3))
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    eye.GetPrim().CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("fisheyeSpherical")
+    eye.AddRotateXYZOp().Set(Gf.Vec3f(31, 52, 17))
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=str(tmp_path), distance_to_camera=True, distance_to_image_plane=True)
+    writer.attach(rep.create.render_product("/Camera", (2, 49)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    assert verify(tmp_path).faults == []
+    file = tmp_path / "distance_to_image_plane_0000.npy"
+    np.save(file, np.load(file) + np.float32(0.01))
+    assert any("optical axis" in str(each) for each in verify(tmp_path).faults)

@@ -15,6 +15,7 @@ from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.errors import counted
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.verify.checks.rectangles import least_rectangle
 from usdsdg.writers.formats.shapes.polygons import without_holes
 from usdsdg.writers.formats.yolo.oriented import fitted
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, NAME
@@ -159,7 +160,7 @@ def _objects(
     things = {
         index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_visible_enough(each)
     }
-    rectangles = {index: _rectangle(members == index) for index in things} if is_oriented else {}
+    rectangles = {index: least_rectangle(members == index) for index in things} if is_oriented else {}
     ends = {
         index: _extent(fitted(rectangles[index], truth.product.size)) if is_oriented else _edges(each)
         for index, each in things.items()
@@ -213,23 +214,6 @@ def _box(values: np.ndarray) -> np.ndarray:
 
 def _extent(points: np.ndarray) -> np.ndarray:
     return np.concatenate([points.min(axis=0), points.max(axis=0)])
-
-
-def _rectangle(mask: np.ndarray) -> np.ndarray:
-    """Return the corners (4, 2) of a rectangle of least area around the pixels of a mask: a side is along the hull."""
-    from scipy.spatial import ConvexHull
-
-    rows, columns = np.nonzero(mask)
-    corners = np.concatenate([np.stack([columns + x, rows + y], axis=1) for x in (0, 1) for y in (0, 1)]).astype(float)
-    hull = corners[ConvexHull(corners).vertices]
-    along = np.roll(hull, -1, axis=0) - hull
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    axes = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)  # (sides, 2, 2)
-    turned = np.einsum("skd,nd->snk", axes, hull)
-    low, high = turned.min(axis=1), turned.max(axis=1)
-    best = int((high - low).prod(axis=1).argmin())
-    (left, top), (right, bottom) = low[best], high[best]
-    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)]) @ axes[best]
 
 
 def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray, least: np.ndarray) -> Faults:
