@@ -195,3 +195,19 @@ def test_depths_of_rays_across_the_axis_are_rounded_as_distances(stage, tmp_path
     file = tmp_path / "distance_to_image_plane_0000.npy"
     np.save(file, np.load(file) + np.float32(0.01))
     assert any("optical axis" in str(each) for each in verify(tmp_path).faults)
+
+
+def test_sizes_of_points_that_quaternions_of_16_bits_turn_are_those_of_their_axes(stage, tmp_path):
+    """The axes are perpendicular up to the rounding of 16 bits, so that there are several ways to their lengths."""
+    points = UsdGeom.PointInstancer.Define(stage, "/World/Points")
+    box = UsdGeom.Cube.Define(stage, "/World/Points/Box")
+    add_labels(box.GetPrim(), {"class": ["box"]})
+    points.CreatePrototypesRel().SetTargets([box.GetPath()])
+    points.CreateProtoIndicesAttr([0])
+    points.CreatePositionsAttr([Gf.Vec3f(0, 0, 0)])
+    points.CreateOrientationsAttr([Gf.Quath(-0.208535726, -0.521503123, 0.469095912, 0.681539704)])
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    eye.AddTranslateOp().Set(Gf.Vec3d(0, 0, 9))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UsdsdgWarning)
+        assert write(tmp_path, "PoseWriter", "/Camera") == []

@@ -11,7 +11,7 @@ from tests.verify import datasets
 from tests.verify.label_faults import edit_json
 from usdsdg.verify import verify
 
-NAMES = ("pose", "dope", "yolo", "keypoints", "kitti", "coco", "cvat")
+NAMES = ("pose", "dope", "yolo", "keypoints", "kitti", "coco", "coco_plain", "cvat")
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +81,7 @@ DAMAGES = {
     "a color where nothing is": ("kitti", "*/instance_rgb/1.png", paint),
     "a thing that is stuff": ("coco", "coco_annotations_*.json", category(isthing=0)),
     "another color of a category": ("coco", "coco_annotations_*.json", category(color=[1, 2, 3])),
+    "another color of a class": ("coco_plain", "annotations/instances_train.json", category(color=[1, 2, 3])),
     "another supercategory": ("coco", "coco_annotations_*.json", category(supercategory="thing")),
     "another color of a label": ("cvat", "labels.json", label(lambda each: each.update(color="#000000"))),
     "an attribute of another name": ("cvat", "labels.json", label(lambda each: each["attributes"][0].update(name="x"))),

@@ -17,6 +17,8 @@ from usdsdg.verify.checks.compare import beyond, differs, pairs, text
 _ORDER = ("Center", *(x + y + z for x in "LR" for y in "DU" for z in "BF"))
 _DOPE_FIRST = "LUF"
 _FLOAT32 = 2e-6
+_STRAIGHT = 1e-5  # by which products of axes that are perpendicular may be off, as those of quaternions of 16 bits are
+_SIZES = ("size", "scale")
 _PIXEL = 0.51  # keypoints are rounded to whole pixels
 _REACH = 2.0  # pixels by which an object may reach over its projected box
 _OF_POINTS = ("projected_cuboid", "cuboid_keypoints_projected")  # the keypoints in pixels, by format
@@ -60,7 +62,8 @@ def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
     if differs(posed.visibility, visible, relative=0.0, absolute=6e-4):
         yield Fault(poses.file, seen.name, f"visibility of {thing.path}", f"{visible:.3f}", f"{posed.visibility:g}")
     for name, value in _values(poses, thing, camera).items():
-        if name in posed.values and differs(posed.values[name], value, relative=_FLOAT32, absolute=1e-7):
+        accuracy = 2 * _STRAIGHT if name in _SIZES else _FLOAT32
+        if name in posed.values and differs(posed.values[name], value, relative=accuracy, absolute=1e-7):
             yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(value), text(posed.values[name]))
     yield from _rotations(seen, poses, posed, thing, camera)
     yield from _pixels(seen, poses, posed, thing, camera)
@@ -135,7 +138,7 @@ def _values(poses: Poses, thing: Thing, camera: CameraView) -> Mapping[str, Any]
         "keypoints_3d": in_camera,
     }
     # The axes of a sheared prim have no lengths of their own.
-    return values | ({"size": size, "scale": size} if is_straight(pose) else {})
+    return values | (dict.fromkeys(_SIZES, size) if is_straight(pose) else {})
 
 
 def _rotations(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
@@ -261,4 +264,4 @@ def moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 def is_straight(matrix: np.ndarray) -> bool:
     """Return whether the axes are perpendicular."""
     axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True), 1e-12)
-    return bool(np.abs(axes @ axes.T - np.eye(3)).max() < 1e-5)
+    return bool(np.abs(axes @ axes.T - np.eye(3)).max() < _STRAIGHT)
