@@ -9,12 +9,17 @@ from PIL import Image
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
+from usdsdg.datasets.seen import Seen
+from usdsdg.datasets.truth import Thing
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.verify.checks.points import are_elsewhere
+from usdsdg.verify.checks.rectangles import least_rectangles, problem_of
+from usdsdg.verify.checks.yolo import oriented
 from usdsdg.verify.verify import verify
+from usdsdg.writers.formats.yolo.oriented import fitted
 
 
 def write(folder, writer_name, eye, **options):
@@ -211,3 +216,21 @@ def test_sizes_of_points_that_quaternions_of_16_bits_turn_are_those_of_their_axe
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UsdsdgWarning)
         assert write(tmp_path, "PoseWriter", "/Camera") == []
+
+
+def test_of_two_least_rectangles_either_is_an_oriented_box():
+    pixels = np.array([[0, 0, 1], [0, 0, 1], [1, 1, 0]], bool)
+    upright, turned = sorted(least_rectangles(pixels), key=lambda each: np.ptp(each[:, 0]))
+    assert np.ptp(upright, axis=0).tolist() == pytest.approx([3, 3])
+    assert np.ptp(turned, axis=0).tolist() == pytest.approx([4.5, 4.5])
+    for corners in (upright, turned):
+        assert problem_of(corners, pixels) == ""
+        assert problem_of(corners * 1.2, pixels) != ""
+    assert problem_of(upright * 0.5, pixels) == "does not hold its pixels"
+    seen, thing = (
+        Seen("YoloWriter", "0", "", []),
+        Thing("/World/A", "", {}, 2, 2, 5, None, 5, None, *np.zeros((2, 2, 3))),
+    )
+    corners = fitted(turned, (3, 3))
+    assert list(oriented(seen, "0.txt", thing, corners, pixels, upright)) != []
+    assert list(oriented(seen, "0.txt", thing, corners, pixels, turned)) == []
