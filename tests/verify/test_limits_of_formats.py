@@ -14,6 +14,7 @@ from usdsdg.datasets.truth import Thing
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.verify.checks.points import are_elsewhere
 from usdsdg.verify.checks.rectangles import least_rectangles, problem_of
@@ -234,3 +235,17 @@ def test_of_two_least_rectangles_either_is_an_oriented_box():
     corners = fitted(turned, (3, 3))
     assert list(oriented(seen, "0.txt", thing, corners, pixels, upright)) != []
     assert list(oriented(seen, "0.txt", thing, corners, pixels, turned)) == []
+
+
+def test_parts_of_an_object_may_have_keypoints_of_one_name(stage, tmp_path):
+    """YOLO has one of them: of these two that of the left wheel, since the other one is not in the picture."""
+    car = UsdGeom.Xform.Define(stage, "/World/Car")
+    add_labels(car.GetPrim(), {"class": ["car"]})
+    for name, x in (("Left", 0), ("Right", 9)):
+        wheel = UsdGeom.Sphere.Define(stage, f"/World/Car/{name}")
+        wheel.AddTranslateOp().Set(Gf.Vec3d(x, 0, -9))
+        set_keypoints(wheel.GetPrim(), {"hub": (0, 0, 1)})
+    UsdGeom.Camera.Define(stage, "/Camera")
+    assert write(tmp_path, "YoloWriter", "/Camera", task="pose") == []
+    (file,) = tmp_path.rglob("labels/*/*.txt")
+    assert file.read_text().split()[5:] == ["0.5", "0.5", "2"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -131,23 +132,29 @@ def _places(
     file: str,
     thing: Thing,
     points: np.ndarray,
-    expected: Mapping[str, tuple[float, float, bool]],
+    expected: Sequence[tuple[str, tuple[float, float, bool]]],
     truth: Truth,
 ) -> Faults:
     """Keypoints are where those of the stage project to; which is which the files do not tell, but for an option."""
     size, names = np.array(truth.product.size, float), truth.record.parameters.get("keypoints")
-    places = {name: np.array(place[:2]) for name, place in expected.items() if names is None or name in names}
+    known = [
+        (name, np.array((x, y)), seen_there) for name, (x, y, seen_there) in expected if not names or name in names
+    ]
     # At the edge of the picture rounding decides.
-    at_edge = {name for name, place in places.items() if np.minimum(abs(place), abs(place - size)).min() < _KEYPOINT}
-    left = {name: place for name, place in places.items() if expected[name][2] or name in at_edge}
-    for place in points[points[:, 2] > 0, :2] * size:
-        nearest = min(left, key=lambda name, place=place: float(np.abs(left[name] - place).max()), default=None)
-        if nearest is None or np.abs(left.pop(nearest) - place).max() > _KEYPOINT:
+    at_edge = [np.minimum(abs(place), abs(place - size)).min() < _KEYPOINT for _, place, _ in known]
+    left = [place for (_, place, is_inside), near in zip(known, at_edge) if is_inside or near]
+    shown = list(points[points[:, 2] > 0, :2] * size)
+    for place in shown:
+        if not any(np.abs(each - place).max() <= _KEYPOINT for each in left):
             yield Fault(
                 file, seen.name, f"a keypoint of {thing.path} is none of the object's [pixels]", "", text(place)
             )
-    if missing := [name for name in left if name not in at_edge]:
-        yield Fault(file, seen.name, f"{thing.path} lacks keypoints that are in the picture", ", ".join(missing))
+    # Of several of one name, which are of parts of the object, a line has one.
+    counts = Counter(name for name, _, _ in known)
+    for (name, place, is_inside), near in zip(known, at_edge):
+        is_shown = any(np.abs(each - place).max() <= _KEYPOINT for each in shown)
+        if is_inside and not near and counts[name] == 1 and not is_shown:
+            yield Fault(file, seen.name, f"{thing.path} lacks a keypoint that is in the picture", name)
 
 
 def _objects(
@@ -171,7 +178,9 @@ def _objects(
         # Of two with one box, that of the name.
         return float(np.abs(ends[index] / size - box).max()) + 1e-3 * (_name(things[index]) != name)
 
-    keypoints = truth.keypoints(truth.filter_of(KEYPOINTS)) if seen.extra["keypoints"] else {}
+    keypoints: dict[str, list[tuple[str, tuple[float, float, bool]]]] = {}
+    for owner, point, place in truth.keypoints_in_turn(truth.filter_of(KEYPOINTS)) if seen.extra["keypoints"] else ():
+        keypoints.setdefault(owner, []).append((point, place))
     for name, values, points in parsed:
         box = _box(values)
         if not things:
@@ -184,7 +193,7 @@ def _objects(
         if name is not None and name != _name(thing):
             yield Fault(file, seen.name, f"the class of {thing.path}", _name(thing), name)
         if len(points):
-            yield from _places(seen, file, thing, points, keypoints.get(thing.path, {}), truth)
+            yield from _places(seen, file, thing, points, keypoints.get(thing.path, []), truth)
         if is_oriented:
             corners, mask = values * truth.product.size, members == index
             faults = [list(oriented(seen, file, thing, corners, mask, least)) for least in rectangles[index]]
