@@ -249,3 +249,16 @@ def test_parts_of_an_object_may_have_keypoints_of_one_name(stage, tmp_path):
     assert write(tmp_path, "YoloWriter", "/Camera", task="pose") == []
     (file,) = tmp_path.rglob("labels/*/*.txt")
     assert file.read_text().split()[5:] == ["0.5", "0.5", "2"]
+
+
+def test_edges_of_a_box_around_a_panorama_are_drawn_whole(stage, tmp_path):
+    """An edge sweeps over half of the picture near a pole, and pieces of it across the picture's seam are left out."""
+    box = UsdGeom.Cube.Define(stage, "/World/Box")
+    add_labels(box.GetPrim(), {"class": ["box"]})
+    box.AddTranslateOp().Set(Gf.Vec3d(-0.4, 0.3, 0.6))
+    box.AddRotateXYZOp().Set(Gf.Vec3f(-10, 64, -166))
+    box.AddScaleOp().Set(Gf.Vec3f(0.4, 0.6, 2))
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    eye.GetPrim().CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("fisheyeSpherical")
+    eye.CreateClippingRangeAttr(Gf.Vec2f(0.01, 100))
+    assert write(tmp_path, "DataVisualizationWriter", "/Camera", bounding_box_3d=True) == []
