@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -115,10 +115,16 @@ class Truth:
 
         A keypoint belongs to the nearest prim above it that the filter `key` selects.
         """
-        camera = self.camera
         found: dict[str, dict[str, tuple[float, float, bool]]] = {}
+        for owner, name, place in self.keypoints_in_turn(key):
+            found.setdefault(owner, {})[name] = place
+        return found
+
+    def keypoints_in_turn(self, key: str) -> Iterator[tuple[str, str, tuple[float, float, bool]]]:
+        """Yield all keypoints as `keypoints` has them; parts of a thing may have several of one name."""
+        camera = self.camera
         if camera is None:
-            return found
+            return
         for each in self.product.keypoints:
             if key not in each.owners:
                 continue
@@ -128,9 +134,8 @@ class Truth:
             near, far = camera.clipping_range
             inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
             inside &= (depths > near) & (depths < far)
-            rows = zip(each.names, pixels.tolist(), inside.tolist())
-            found.setdefault(each.owners[key], {}).update({name: (x, y, seen) for name, (x, y), seen in rows})
-        return found
+            for name, (x, y), seen in zip(each.names, pixels.tolist(), inside.tolist()):
+                yield each.owners[key], name, (x, y, seen)
 
     def _things(self, key: str) -> list[Thing]:
         members, selection = self.members(key), self.selection(key)

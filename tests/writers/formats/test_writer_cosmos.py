@@ -69,6 +69,21 @@ def test_clips_and_their_videos(frame, tmp_path):
         assert np.abs(shown[2].astype(int) - still).mean() < 4
 
 
+def test_pictures_of_another_size_are_in_no_video(frame, tmp_path):
+    """A track of MP4 has one size; a video of several was not shown whole by players."""
+    forget_warnings()
+    writer = started(tmp_path)
+    receive(writer, frame, 2)
+    receive(writer, make_frame(street(), (32, 40), filters=[None]), 2)
+    receive(writer, frame)
+    with pytest.warns(UsdsdgWarning, match=r"the picture 2 of clip_0000 has 32 x 40 pixels and the first one 64 x 48"):
+        finish(writer)
+    assert set(clip(0, 5)) < set(files(tmp_path))
+    for modality in MODALITIES:
+        shown = images_of((tmp_path / f"clip_0000/{modality}.mp4").read_bytes())
+        assert [image.shape[:2] for image in shown] == [(48, 64)] * 3
+
+
 def test_a_clip_that_goes_on_after_its_video_keeps_its_frames(frame, tmp_path):
     writer = started(tmp_path)
     for _ in range(2):

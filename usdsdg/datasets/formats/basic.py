@@ -14,6 +14,7 @@ from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.formats.basic_arrays import array_of
 from usdsdg.datasets.formats.basic_objects import objects
+from usdsdg.datasets.formats.basic_own import read_own
 from usdsdg.datasets.matching import truth_of
 from usdsdg.datasets.seen import Boxes, Camera, Color, Depth, Ids, Occlusions, Points, Seen, packed
 from usdsdg.datasets.truth import text_of
@@ -96,6 +97,7 @@ def _read_images(folder: Folder, seen: Seen, parts: Parts) -> None:
     for kind, tables in _TABLES.items():
         _read_ids(folder, seen, parts, kind, tables)
     _read_arrays(folder, seen, parts)
+    read_own(folder, seen, parts, _DEFAULT_FILTER)
     _read_points(folder, seen, parts)
 
 

@@ -16,13 +16,33 @@ def _rows(*fields: tuple) -> tuple[np.dtype, int]:
 
 
 _RATIO = ("occlusionRatio", "<f4")
-_BOX = [("semanticId", "<u4"), *((name, "<i4") for name in ("x_min", "y_min", "x_max", "y_max")), _RATIO]
 _SOLID = [(f"{axis}_{end}", "<f4") for end in ("min", "max") for axis in "xyz"]
+_IDS = [("instanceId", "<u4"), ("semanticId", "<u4")]
+_CORNERS = [(name, "<i4") for name in ("x_min", "y_min", "x_max", "y_max")]
+_BOX = [("semanticId", "<u4"), *_CORNERS, _RATIO]
+_TURNED = [("semanticId", "<u4"), *((name, "<f4") for name in ("x", "y", "width", "height", "angle"))]
+_TURNED += [("corners", "<f4", (4, 2)), _RATIO]
 # By kind: the type, and the number of dimensions.
 FORMS: Mapping[str, tuple[np.dtype, int]] = {
     "bounding_box_2d_tight": _rows(*_BOX),
     "bounding_box_2d_loose": _rows(*_BOX),
     "bounding_box_3d": _rows(("semanticId", "<u4"), *_SOLID, ("transform", "<f4", (4, 4)), _RATIO),
+    "bounding_box_2d_amodal": _rows(*_BOX, ("truncationRatio", "<f4")),
+    "oriented_bounding_box_2d": _rows(*_TURNED),
+    "oriented_bounding_box_2d_amodal": _rows(*_TURNED),
+    "visibility": _rows(*_IDS, ("visiblePixels", "<u4"), ("amodalPixels", "<u4"), *_CORNERS, ("visibleRatio", "<f4")),
+    "truncation": _rows(*_IDS, ("truncationRatio", "<f4")),
+    "keypoints": _rows(
+        *_IDS,
+        ("keypointId", "<u4"),
+        ("x", "<f4"),
+        ("y", "<f4"),
+        ("distance", "<f4"),
+        ("visibility", "u1"),
+        ("hiddenBy", "<u4"),
+        ("position", "<f4", (3,)),
+    ),
+    "object_coordinates": (np.dtype("<f4"), 3),
     "occlusion": _rows(("instanceId", "<u4"), ("semanticId", "<u4"), _RATIO),
     "distance_to_camera": (np.dtype("<f4"), 2),
     "distance_to_image_plane": (np.dtype("<f4"), 2),

@@ -161,10 +161,15 @@ def _own(folder: Folder, seen: Seen, tables: _Tables, is_plain: bool) -> Mapping
     if is_plain:
         listed = classes_of(folder, seen.truth.filter_of(_BOXES)) or []
         # Of several classes of one name, the category is the first.
-        return {row["name"]: {"name": row["name"], "id": row["id"]} for row in reversed(listed)}
+        return {row["name"]: {key: row[key] for key in ("name", "id")} | _color(row) for row in reversed(listed)}
     if record.semantic_classes:
         return _other(tables) | {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
     return {each["name"]: each for each in Categories(None).all()}
+
+
+def _color(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the color of a class as a category has it."""
+    return {"color": row["color"][:3]} if "color" in row else {}
 
 
 def _other(tables: _Tables) -> dict[str, Mapping[str, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import PurePosixPath
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -36,6 +37,8 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     raw = folder.parsed(LABELS, "all", lambda: [each.get("name") for each in listed_labels]) or []
     if raw != names:
         folder.faults.append(Fault(LABELS, "all", f"labels are those of {ANNOTATIONS}", str(names), str(raw)))
+    else:
+        _compare_labels(folder, root, listed_labels)
     numbers = [each.get("id") for each in sorted(images, key=lambda each: str(each.get("name")))]
     if numbers != [str(number) for number in range(len(images))]:
         what = "pictures are numbered in the order of their names, as CVAT does"
@@ -47,6 +50,28 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         seen = folder.parsed(ANNOTATIONS, str(image.get("name")), lambda i=image: _seen(folder, i, names))
         if seen is not None:
             yield seen
+
+
+def _compare_labels(folder: Folder, root: ElementTree.Element, listed: list[Any]) -> None:
+    """Note the labels whose color or attribute is another one in labels.json than in the XML."""
+    for each, label in zip(listed, root.iterfind("meta/task/labels/label"), strict=True):
+        attribute = label.find("attributes/attribute")
+        described = {} if attribute is None else {part.tag: part.text or "" for part in attribute}
+        expected = {
+            "name": each["name"],
+            "color": label.findtext("color"),
+            "attributes": [
+                {
+                    "name": described.get("name"),
+                    "input_type": described.get("input_type"),
+                    "mutable": described.get("mutable") == "True",
+                    "values": [described.get("values")],
+                }
+            ],
+        }
+        if each != expected:
+            what = f"the label {each['name']} is as in {ANNOTATIONS}"
+            folder.faults.append(Fault(LABELS, "all", what, str(expected), str(each)))
 
 
 def _seen(folder: Folder, image: ElementTree.Element, names: list[str]) -> Seen:

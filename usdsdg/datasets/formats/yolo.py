@@ -16,13 +16,15 @@ from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, LABELS, NAME
 
 _BOX = 4  # numbers of a box
+_VALUES = 3  # of a keypoint: x, y and visibility
+_NO_PARTS = ("names", "kpt_shape")  # what data.yaml says beside the folders of parts
 
 
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what the files of each image say."""
     if not folder.has(DESCRIPTION):
         return
-    names, keypoints = _described(folder)
+    names, keypoints, parts_of = _described(folder)
     found: dict[tuple[str, str], dict[str, str]] = {}
     for file in files:
         path = PurePosixPath(file)
@@ -32,7 +34,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         view, _, number = stem.rpartition("_")
         mine = list(parts.values())
         seen = Seen(NAME, f"{split}/{number}", view, mine, truth_of(folder, mine, view))
-        seen.extra["names"], seen.extra["keypoints"] = names, keypoints
+        seen.extra |= {"names": names, "keypoints": keypoints, "parts": parts_of, "part": split}
         seen.picture, seen.labels = parts.get(IMAGES, ""), parts.get(LABELS, "")
         if seen.picture:
             seen.size = folder.image_size(seen.picture, seen.name)
@@ -44,11 +46,16 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         yield seen
 
 
-def _described(folder: Folder) -> tuple[dict[int, str] | None, int]:
-    """Return the names of the classes, None where data.yaml cannot be read, and the number of keypoints."""
+def _described(folder: Folder) -> tuple[dict[int, str] | None, int, dict[str, str]]:
+    """Return the names of the classes, the number of keypoints, and the folder of pictures of each part.
+
+    There are no names where data.yaml cannot be read.
+    """
     values = folder.binary(DESCRIPTION, "all", _of_yaml)
     found = None if values is None else folder.parsed(DESCRIPTION, "all", lambda: (_names(values), _keypoints(values)))
-    return (None, 0) if found is None else found
+    if values is None or found is None:
+        return None, 0, {}
+    return *found, {str(name): str(value) for name, value in values.items() if name not in _NO_PARTS}
 
 
 def _of_yaml(data: bytes) -> dict[Any, Any]:
@@ -81,8 +88,9 @@ def _names(values: Mapping[Any, Any]) -> dict[int, str]:
 def _keypoints(values: Mapping[Any, Any]) -> int:
     """Return the number of keypoints of an object; 0 where there are none."""
     shape = values.get("kpt_shape") or [0]
-    if not isinstance(shape, list) or not isinstance(shape[0], int) or shape[0] < 0:
-        raise ValueError(f"kpt_shape is {shape!r}, expected the number of keypoints and that of their values")
+    is_one = isinstance(shape, list) and isinstance(shape[0], int) and shape[0] >= 0
+    if not is_one or ("kpt_shape" in values and shape[1:] != [_VALUES]):
+        raise ValueError(f"kpt_shape is {shape!r}, expected the number of keypoints, and {_VALUES} values of each")
     return shape[0]
 
 

@@ -20,6 +20,9 @@ _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
 _NEAR = 1.0  # of the camera [mm]
 _RADIUS = 0.75  # pixels: every circle that is larger than half the diagonal of a pixel is hit
+_SAMPLES = 16  # pixels at which depths are compared
+_DEPTH, _STEP = 2e-3, 1.0  # by which depths may differ: of the depth, and [mm]
+_EDGE, _MOST = 1e-3, 0.8  # barycentrics outside of a triangle that count, and the fraction of pixels that shall agree
 _THIN = 1.5  # pixels: objects that are thinner need not be hit along their whole length
 
 
@@ -115,9 +118,57 @@ def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     missed = 0.0
     if len(hit) and not is_thin and not is_cut and not _is_clipped(points, seen.truth):
         missed = max(((x, y) - hit.min(axis=0)).max(), (hit.max(axis=0) - (x + width + 1, y + height + 1)).max())
-    if beyond([*past, missed], _REACH).any():
+    is_missed = bool(beyond(missed, _REACH).any()) and not _is_cut_out(seen, scene, posed, points[triangles])
+    if beyond(past, _REACH).any() or is_missed:
         found = text([x, y, width, height])
         yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
+
+
+def _is_cut_out(seen: Seen, scene: Scene, posed: Posed, triangles: np.ndarray) -> bool:
+    """Return whether the model (T, 3, 3) [mm] has the depths of the object, which then ends before it: it has holes.
+
+    Opacity makes holes in what is drawn, which models do not have. Where no depth is known none is judged.
+    """
+    found = _depths(seen, posed)
+    if found is None or not len(found[0]):
+        return True
+    pixels, depths = found
+    rays = np.concatenate([pixels, np.ones((len(pixels), 1))], axis=1) @ np.linalg.inv(scene.camera).T
+    hits = _hits(rays, triangles)
+    agree = (np.abs(hits - depths[:, None]) <= _DEPTH * depths[:, None] + _STEP).any(axis=1)
+    return bool(agree.mean() >= _MOST)
+
+
+def _depths(seen: Seen, posed: Posed) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return some pixels (N, 2) at which an object is visible, from the center of the first one, and depths [mm]."""
+    if posed.visible is None:
+        return None
+    truth = seen.truth
+    if truth is not None and truth.plane_depth is not None and posed.visible.shape == truth.product.shape:
+        rows, columns = (each.ravel() for each in truth.grid)
+        depths = truth.plane_depth.ravel()
+    elif seen.depths and seen.depths[0].values.shape == posed.visible.shape:
+        rows, columns = (each.ravel() for each in np.indices(posed.visible.shape))
+        depths = seen.depths[0].values.ravel()
+    else:
+        return None
+    known = np.flatnonzero(posed.visible[rows, columns] & np.isfinite(depths))
+    chosen = known[:: -(-len(known) // _SAMPLES) or 1]
+    return np.stack([columns, rows], axis=1)[chosen].astype(float), depths[chosen] * MILLIMETERS
+
+
+def _hits(rays: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the depth at which each ray (N, 3) from the origin, with z = 1, meets each triangle (T, 3, 3), (N, T)."""
+    corner, first, second = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    normals = np.cross(first, second)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depths = (corner * normals).sum(axis=1) / (rays @ normals.T)
+        away = rays[:, None] * depths[..., None] - corner
+        scale = (normals**2).sum(axis=1)
+        u = (np.cross(away, second) * normals).sum(axis=2) / scale
+        v = (np.cross(first, away) * normals).sum(axis=2) / scale
+        inside = (u >= -_EDGE) & (v >= -_EDGE) & (u + v <= 1.0 + _EDGE)
+    return np.where(inside, depths, np.inf)
 
 
 def _is_clipped(points: np.ndarray, truth: Truth | None) -> bool:

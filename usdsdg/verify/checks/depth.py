@@ -61,10 +61,11 @@ def _recorded(seen: Seen, depth: Depth, truth: Truth) -> Faults:
         yield Fault(depth.file, seen.name, "depth is not the rendered one, byte for byte")
 
 
-def _wrong(found: np.ndarray, expected: np.ndarray, depth: Depth) -> np.ndarray:
+def _wrong(found: np.ndarray, expected: np.ndarray, depth: Depth, distance: np.ndarray | None = None) -> np.ndarray:
+    """Return where depths are not the expected ones. distance: what they are computed of; default they themselves."""
     seen = np.isfinite(expected) & (expected <= depth.far)
     off = np.abs(np.where(np.isfinite(found), found, 0) - np.where(seen, expected, 0))
-    limit = depth.step * 0.501 + _RELATIVE * np.where(seen, np.abs(expected), 0)
+    limit = depth.step * 0.501 + _RELATIVE * np.where(seen, np.abs(expected if distance is None else distance), 0)
     # At the end of its range a format may have either, and less than half a step is 0 in it, as what is not seen.
     near_the_end = np.abs(np.where(np.isfinite(expected), expected, 0) - depth.far) <= depth.step
     either = near_the_end | (~np.isfinite(found) & (expected <= depth.step * 0.501) & (depth.step > 0))
@@ -80,8 +81,9 @@ def _kinds_agree(seen: Seen) -> Faults:
     rows, columns = samples.grid_pixels(along.values.shape)
     if along.values.shape != (camera.height, camera.width):
         return
-    expected = plane_depth(camera, samples.grid(along.values).astype(np.float64), rows, columns)
-    if _wrong(samples.grid(plane.values), expected, plane).any():
+    distance = samples.grid(along.values).astype(np.float64)
+    # Of a ray that is perpendicular to the axis, as fisheyes have them, the depth is 0, and rounded as the distance is.
+    if _wrong(samples.grid(plane.values), plane_depth(camera, distance, rows, columns), plane, distance).any():
         yield Fault(plane.file, seen.name, f"the distance along the optical axis is not that of {along.file}")
 
 

@@ -17,8 +17,23 @@ from usdsdg.verify.checks.compare import beyond, differs, pairs, text
 _ORDER = ("Center", *(x + y + z for x in "LR" for y in "DU" for z in "BF"))
 _DOPE_FIRST = "LUF"
 _FLOAT32 = 2e-6
+_STRAIGHT = 1e-5  # by which products of axes that are perpendicular may be off, as those of quaternions of 16 bits are
+_SIZES = ("size", "scale")
 _PIXEL = 0.51  # keypoints are rounded to whole pixels
 _REACH = 2.0  # pixels by which an object may reach over its projected box
+_OF_POINTS = ("projected_cuboid", "cuboid_keypoints_projected")  # the keypoints in pixels, by format
+_KEYS: Mapping[str, tuple[str, ...]] = {  # what every object of a format has
+    "default": (
+        "local_to_world_transform", "location_world_frame", "rotation_matrix_world_frame", "quat_wxyz_world_frame",
+        "location_camera_frame", "rotation_matrix_camera_frame", "quat_wxyz_camera_frame", "size",
+        "cuboid_keypoints_world_frame", "cuboid_keypoints_camera_frame", "cuboid_keypoints_projected",
+        "truncation_ratio",
+    ),
+    "dope": ("location", "quaternion_xyzw", "projected_cuboid", "truncation_ratio"),
+    "centerpose": (
+        "location", "quaternion_xyzw", "scale", "keypoints_3d", "projected_cuboid", "truncation_ratio",
+    ),
+}  # fmt: skip
 
 
 def check(seen: Seen) -> Faults:
@@ -47,30 +62,37 @@ def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
     if differs(posed.visibility, visible, relative=0.0, absolute=6e-4):
         yield Fault(poses.file, seen.name, f"visibility of {thing.path}", f"{visible:.3f}", f"{posed.visibility:g}")
     for name, value in _values(poses, thing, camera).items():
-        if name in posed.values and differs(posed.values[name], value, relative=_FLOAT32, absolute=1e-7):
+        accuracy = 2 * _STRAIGHT if name in _SIZES else _FLOAT32
+        if name in posed.values and differs(posed.values[name], value, relative=accuracy, absolute=1e-7):
             yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(value), text(posed.values[name]))
     yield from _rotations(seen, poses, posed, thing, camera)
     yield from _pixels(seen, poses, posed, thing, camera)
-    if (truncated := truncation(thing, camera)) is not None and "truncation_ratio" in posed.values:
-        found = float(posed.values["truncation_ratio"])
-        # It is that of keypoints in whole pixels.
-        if differs(found, truncated, relative=0.0, absolute=0.02 + 4.0 / max(_shortest(thing, camera), 1.0)):
-            yield Fault(poses.file, seen.name, f"truncation_ratio of {thing.path}", f"{truncated:.4f}", f"{found:.4f}")
+    yield from _truncated(seen, poses, posed, thing, camera)
+
+
+def _truncated(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
+    """The truncation is that of the keypoints, which are in whole pixels; not looked at where some are behind."""
+    points = next((posed.values[name] for name in _OF_POINTS if name in posed.values), None)
+    if points is None or "truncation_ratio" not in posed.values or _corner_pixels(thing, camera) is None:
+        return
+    expected = _outside(np.array(points, np.float64).reshape(-1, 2), camera)
+    expected = 1.0 if expected is None else expected  # of a line, or a point
+    found = float(posed.values["truncation_ratio"])
+    if differs(found, expected, relative=0.0, absolute=1e-6):
+        yield Fault(poses.file, seen.name, f"truncation_ratio of {thing.path}", f"{expected:.4f}", f"{found:.4f}")
 
 
 def truncation(thing: Thing, camera: CameraView) -> float | None:
     """Return the fraction of a box's rectangle that is outside the image; None where some of it is behind the lens."""
     corners = _corner_pixels(thing, camera)
-    if corners is None:
-        return None
-    low, high, size = corners.min(axis=0), corners.max(axis=0), np.array([camera.width, camera.height], float)
+    return None if corners is None else _outside(corners, camera)
+
+
+def _outside(pixels: np.ndarray, camera: CameraView) -> float | None:
+    """Return the fraction of the rectangle around pixels that is outside the image; None where it has no area."""
+    low, high, size = pixels.min(axis=0), pixels.max(axis=0), np.array([camera.width, camera.height], float)
     inside = np.clip(high, 0, size) - np.clip(low, 0, size)
     return 1.0 - float(np.prod(inside) / np.prod(high - low)) if (high > low).all() else None
-
-
-def _shortest(thing: Thing, camera: CameraView) -> float:
-    corners = _corner_pixels(thing, camera)
-    return 0.0 if corners is None else float(np.ptp(corners, axis=0).min())
 
 
 def _corner_pixels(thing: Thing, camera: CameraView) -> np.ndarray | None:
@@ -116,7 +138,7 @@ def _values(poses: Poses, thing: Thing, camera: CameraView) -> Mapping[str, Any]
         "keypoints_3d": in_camera,
     }
     # The axes of a sheared prim have no lengths of their own.
-    return values | ({"size": size, "scale": size} if is_straight(pose) else {})
+    return values | (dict.fromkeys(_SIZES, size) if is_straight(pose) else {})
 
 
 def _rotations(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
@@ -148,7 +170,7 @@ def turned(quaternion: Any, *, real_last: bool) -> np.ndarray:
 
 def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
     """Keypoints project to the pixels of the file, and around the object's own."""
-    name = next((each for each in ("cuboid_keypoints_projected", "projected_cuboid") if each in posed.values), None)
+    name = next((each for each in _OF_POINTS if each in posed.values), None)
     if name is None:
         return
     found = np.array(posed.values[name], np.float64)
@@ -171,7 +193,9 @@ def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
 
 
 def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
-    """Whatever is recorded: quaternions are unit ones, and turn as the matrices beside them."""
+    """Whatever is recorded: no value is missing, and quaternions are unit ones, turned as the matrices beside them."""
+    if left_out := [name for name in _KEYS.get(poses.format, ()) if name not in posed.values]:
+        yield Fault(poses.file, seen.name, f"{posed.path} lacks {', '.join(left_out)}")
     for name, matrix in (
         ("quat_wxyz_world_frame", "rotation_matrix_world_frame"),
         ("quat_wxyz_camera_frame", "rotation_matrix_camera_frame"),
@@ -240,4 +264,4 @@ def moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 def is_straight(matrix: np.ndarray) -> bool:
     """Return whether the axes are perpendicular."""
     axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True), 1e-12)
-    return bool(np.abs(axes @ axes.T - np.eye(3)).max() < 1e-5)
+    return bool(np.abs(axes @ axes.T - np.eye(3)).max() < _STRAIGHT)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,13 +16,15 @@ from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.errors import counted
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.verify.checks.rectangles import least_rectangles
 from usdsdg.writers.formats.shapes.polygons import without_holes
 from usdsdg.writers.formats.yolo.oriented import fitted
-from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, NAME
+from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, NAME
 
-BOXES = "bounding_box_2d_tight_fast"
+BOXES, KEYPOINTS = "bounding_box_2d_tight_fast", "keypoints"
 _DIGITS = 2e-6  # of fractions of the picture
 _BOX = 4  # numbers of a box; an outline has more
+_KEYPOINT = 0.02  # pixels: positions of the record are float32, those of the files have few digits
 _CORNERS = 4  # of an oriented box
 _NEAR = 0.01  # pixels by which corners of oriented boxes may be off
 
@@ -39,6 +42,10 @@ class Yolo:
         if self._is_first:
             self._is_first = False
             yield from self._names(seen)
+            yield from _parts(seen)
+        part, parts = f"{IMAGES}/{seen.extra['part']}", seen.extra["parts"]
+        if seen.extra["names"] is not None and part not in parts.values():
+            yield Fault(DESCRIPTION, seen.name, "no part has the folder of the picture", part, _text_of_parts(parts))
         if "unlabeled" in seen.extra:
             yield Fault(seen.extra["unlabeled"], seen.name, "has no file of labels")
         if not seen.picture:
@@ -61,6 +68,24 @@ class Yolo:
         if rows is not None and [names[number] for number in sorted(names)] != [row["name"] for row in rows]:
             expected, found = (", ".join(each) for each in ([row["name"] for row in rows], names.values()))
             yield Fault(DESCRIPTION, "all", f"names are those of {CLASSES}", expected, found)
+
+
+def _parts(seen: Seen) -> Faults:
+    """data.yaml has the folders of the parts, and of training and validation, which Ultralytics asks for."""
+    parts = seen.extra["parts"]
+    if seen.extra["names"] is None:
+        return
+    dealt = list((seen.truth.record.parameters.get("splits") if seen.truth else None) or {"train": 1})
+    own = {name: f"{IMAGES}/{name}" for name in dealt}
+    expected = own | {name: own[dealt[0]] for name in ("train", "val") if name not in own}
+    if seen.truth is not None and any(parts.get(name) != each for name, each in expected.items()):
+        yield Fault(DESCRIPTION, "all", "the folders of the parts", _text_of_parts(expected), _text_of_parts(parts))
+    elif missing := [name for name in ("train", "val") if name not in parts]:
+        yield Fault(DESCRIPTION, "all", f"has no {' and no '.join(missing)}", "", _text_of_parts(parts))
+
+
+def _text_of_parts(parts: Mapping[str, str]) -> str:
+    return ", ".join(f"{name}: {folder}" for name, folder in parts.items()) or "none"
 
 
 def _task(seen: Seen) -> str | None:
@@ -88,7 +113,7 @@ def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
         if ((values < 0) | (values > 1)).any() and not may_reach_out:
             yield Fault(file, seen.name, f"line {number} has fractions of the picture", "0 to 1", text(values[:2]))
         yield from _keypoints(seen, file, number, points)
-        parsed.append((None if names is None else names.get(kind, "?"), values))
+        parsed.append((None if names is None else names.get(kind, "?"), values, points))
     if seen.truth is not None:
         yield from _objects(seen, file, parsed, seen.truth, task == "obb")
 
@@ -102,8 +127,38 @@ def _keypoints(seen: Seen, file: str, number: int, points: np.ndarray) -> Faults
         yield Fault(file, seen.name, f"keypoints of line {number} are in the picture, or 0", "", text(points[:, :2]))
 
 
+def _places(
+    seen: Seen,
+    file: str,
+    thing: Thing,
+    points: np.ndarray,
+    expected: Sequence[tuple[str, tuple[float, float, bool]]],
+    truth: Truth,
+) -> Faults:
+    """Keypoints are where those of the stage project to; which is which the files do not tell, but for an option."""
+    size, names = np.array(truth.product.size, float), truth.record.parameters.get("keypoints")
+    known = [
+        (name, np.array((x, y)), seen_there) for name, (x, y, seen_there) in expected if not names or name in names
+    ]
+    # At the edge of the picture rounding decides.
+    at_edge = [np.minimum(abs(place), abs(place - size)).min() < _KEYPOINT for _, place, _ in known]
+    left = [place for (_, place, is_inside), near in zip(known, at_edge) if is_inside or near]
+    shown = list(points[points[:, 2] > 0, :2] * size)
+    for place in shown:
+        if not any(np.abs(each - place).max() <= _KEYPOINT for each in left):
+            yield Fault(
+                file, seen.name, f"a keypoint of {thing.path} is none of the object's [pixels]", "", text(place)
+            )
+    # Of several of one name, which are of parts of the object, a line has one.
+    counts = Counter(name for name, _, _ in known)
+    for (name, place, is_inside), near in zip(known, at_edge):
+        is_shown = any(np.abs(each - place).max() <= _KEYPOINT for each in shown)
+        if is_inside and not near and counts[name] == 1 and not is_shown:
+            yield Fault(file, seen.name, f"{thing.path} lacks a keypoint that is in the picture", name)
+
+
 def _objects(
-    seen: Seen, file: str, parsed: list[tuple[str | None, np.ndarray]], truth: Truth, is_oriented: bool
+    seen: Seen, file: str, parsed: list[tuple[str | None, np.ndarray, np.ndarray]], truth: Truth, is_oriented: bool
 ) -> Faults:
     """Every line is of a visible object; its class is compared where its name is known."""
     members = truth.members(truth.filter_of(BOXES))
@@ -112,9 +167,9 @@ def _objects(
     things = {
         index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_visible_enough(each)
     }
-    rectangles = {index: _rectangle(members == index) for index in things} if is_oriented else {}
+    rectangles = {index: least_rectangles(members == index) for index in things} if is_oriented else {}
     ends = {
-        index: _extent(fitted(rectangles[index], truth.product.size)) if is_oriented else _edges(each)
+        index: _extent(fitted(rectangles[index][0], truth.product.size)) if is_oriented else _edges(each)
         for index, each in things.items()
     }
     size = np.array([truth.product.size, truth.product.size], float).ravel()
@@ -123,7 +178,10 @@ def _objects(
         # Of two with one box, that of the name.
         return float(np.abs(ends[index] / size - box).max()) + 1e-3 * (_name(things[index]) != name)
 
-    for name, values in parsed:
+    keypoints: dict[str, list[tuple[str, tuple[float, float, bool]]]] = {}
+    for owner, point, place in truth.keypoints_in_turn(truth.filter_of(KEYPOINTS)) if seen.extra["keypoints"] else ():
+        keypoints.setdefault(owner, []).append((point, place))
+    for name, values, points in parsed:
         box = _box(values)
         if not things:
             yield Fault(
@@ -134,8 +192,12 @@ def _objects(
         thing = things.pop(index)
         if name is not None and name != _name(thing):
             yield Fault(file, seen.name, f"the class of {thing.path}", _name(thing), name)
+        if len(points):
+            yield from _places(seen, file, thing, points, keypoints.get(thing.path, []), truth)
         if is_oriented:
-            yield from _oriented(seen, file, thing, values * truth.product.size, members == index, rectangles[index])
+            corners, mask = values * truth.product.size, members == index
+            faults = [list(oriented(seen, file, thing, corners, mask, least)) for least in rectangles[index]]
+            yield from min(faults, key=len)
         elif differs(box, ends[index] / size, relative=0.0, absolute=_DIGITS):
             yield Fault(file, seen.name, f"the box of {thing.path} [pixels]", text(ends[index]), text(box * size))
         elif values.size > _BOX:
@@ -165,24 +227,7 @@ def _extent(points: np.ndarray) -> np.ndarray:
     return np.concatenate([points.min(axis=0), points.max(axis=0)])
 
 
-def _rectangle(mask: np.ndarray) -> np.ndarray:
-    """Return the corners (4, 2) of a rectangle of least area around the pixels of a mask: a side is along the hull."""
-    from scipy.spatial import ConvexHull
-
-    rows, columns = np.nonzero(mask)
-    corners = np.concatenate([np.stack([columns + x, rows + y], axis=1) for x in (0, 1) for y in (0, 1)]).astype(float)
-    hull = corners[ConvexHull(corners).vertices]
-    along = np.roll(hull, -1, axis=0) - hull
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    axes = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)  # (sides, 2, 2)
-    turned = np.einsum("skd,nd->snk", axes, hull)
-    low, high = turned.min(axis=1), turned.max(axis=1)
-    best = int((high - low).prod(axis=1).argmin())
-    (left, top), (right, bottom) = low[best], high[best]
-    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)]) @ axes[best]
-
-
-def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray, least: np.ndarray) -> Faults:
+def oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray, least: np.ndarray) -> Faults:
     """An oriented box is a rectangle around the pixels of its object, and no smaller one exists.
 
     One that is larger than the picture has its corners in it.

@@ -14,6 +14,7 @@ from usdsdg.verify.checks.compare import of_pixels
 from usdsdg.writers.formats.shapes.polygons import without_holes
 
 _OTHER = "other"
+_OPTIONAL = ("supercategory", "isthing")  # of a category that the user gives
 _BLACK_IS_FINE = ("unlabelled", "background")
 
 
@@ -71,6 +72,15 @@ def _categories(masks: Masks) -> Faults:
                 f"{each['id']}: {each['name']}",
                 "none" if found is None else str(found["name"]),
             )
+            continue
+        expected = {"supercategory": each["name"], "isthing": 1} | {key: each[key] for key in _OPTIONAL if key in each}
+        if "color" in each:
+            expected["color"] = [int(channel) for channel in each["color"]]
+        for key, value in expected.items():
+            if found.get(key) != value:
+                yield Fault(
+                    masks.file, "all", f"{key} of the category {found['name']}", str(value), str(found.get(key))
+                )
 
 
 def _image(seen: Seen, masks: Masks) -> Faults:

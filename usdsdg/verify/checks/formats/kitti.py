@@ -9,6 +9,7 @@ import numpy as np
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Seen, packed, unpacked
 from usdsdg.datasets.truth import Thing, Truth
+from usdsdg.errors import counted
 from usdsdg.verify.checks.compare import of_pixels
 from usdsdg.verify.checks.formats.kitti_lines import check_lines
 from usdsdg.writers.formats.kitti import files
@@ -156,6 +157,8 @@ def _instances(seen: Seen, truth: Truth) -> Faults:
         nothing = np.unique(keys[members < 0] % 256) if kind == "instances" else np.zeros(0)
         if nothing.any():
             yield Fault(file, seen.name, "what has no label has no number", "0", str(nothing.tolist()))
+        if kind == "instance colors" and (colored := image[members < 0][:, :3].any(axis=1)).any():
+            yield Fault(file, seen.name, f"what has no label is black, but {counted(int(colored.sum()), 'pixel')}")
 
 
 def _full_classes(keys: np.ndarray) -> set[int]:

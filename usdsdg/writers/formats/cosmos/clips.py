@@ -39,6 +39,7 @@ class Clip(Aggregate):
         if not _can_read(backend):
             warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
             return
+        _warn_of_other_sizes(records)
         with current().io_queue.of_all_frames():
             for path, root, modality, size in _videos(records):
                 what = {"records": records, "root": root, "modality": modality, "size": size}
@@ -75,15 +76,32 @@ def _write_video(
 ) -> None:
     """Write the video of a clip's pictures, which the backend has stored; one is in memory at a time."""
     video = Video((size[0], size[1]), records.about["rate"])
-    for picture in _pictures(records, root, modality, backend_instance):
+    for picture in _pictures(records, root, modality, size, backend_instance):
         video.append(encode_frame(picture))
     backend_instance.write_chunks(path, video)
 
 
-def _pictures(records: Records, root: str, modality: str, backend: BaseBackend) -> Iterator[np.ndarray]:
+def _warn_of_other_sizes(records: Records) -> None:
+    """Name the pictures that are in no video: all of a video have the size of the first one."""
+    first: dict[str, list[int]] = {}
+    for each in records:
+        for root, size in each["sizes"].items():
+            if size != first.setdefault(root, size):
+                width, height = first[root]
+                warn_once(
+                    f"CosmosWriter: the picture {each['number']} of {root}clip_{records.about['clip']:04d} has "
+                    f"{size[0]} x {size[1]} pixels and the first one {width} x {height}, so its videos lack it and all "
+                    "others of another size. Call next_clip() where the resolution changes."
+                )
+                return
+
+
+def _pictures(
+    records: Records, root: str, modality: str, size: tuple[int, int], backend: BaseBackend
+) -> Iterator[np.ndarray]:
     from PIL import Image
 
     for each in records:
-        if root in each["sizes"]:
+        if each["sizes"].get(root) == list(size):
             path = picture_of(root, records.about["clip"], modality, each["number"])
             yield np.asarray(Image.open(io.BytesIO(backend.read_blob(path))))

@@ -16,8 +16,8 @@ from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURE
 from usdsdg.stage.cameras.lenses import make_lens
 
 Params = Mapping[str, Any]
-# Line segments per edge for lenses with curved edges.
-_CURVE_SEGMENTS = 32
+# Line segments per edge for lenses with curved edges: those of a panorama pass its poles within a few of them.
+_CURVE_SEGMENTS = 256
 
 
 def has_near_plane(params: Params) -> bool:
