@@ -56,6 +56,11 @@ class Timeline:
     def is_stopped(self) -> bool:
         return self._stopped
 
+    def has_ended(self) -> bool:
+        """Return whether it is paused at the end of what it plays, as where it does not loop."""
+        start, end, looping = self._played()
+        return not (self._playing or self._stopped or looping) and end > start and self._time >= end
+
     def get_current_time(self) -> float:
         return self._time
 
