@@ -162,6 +162,17 @@ def test_a_row_stands_for_a_module_and_all_below_it(module, subject):
     assert (found.subject.split()[0].rstrip(",") if found else None) == subject
 
 
+def test_a_name_with_a_row_of_its_own_is_refused_with_what_that_says():
+    name = "isaacsim.sensors.experimental.rtx"
+    subject = foreign_names.out_of_scope(name)
+    assert subject is not None
+    module: Any = PlaceholderModule(name, subject)
+    with pytest.raises(Unsupported, match=r"RtxCamera: the cameras .* CameraView of isaacsim\.sensors\.camera"):
+        module.RtxCamera("/World/camera")
+    with pytest.raises(Unsupported, match=r"Lidar\.create: lidar"):
+        module.Lidar.create("/World/lidar")
+
+
 def test_a_placeholder_refuses_what_cannot_be_harmless():
     subject = foreign_names.OUT_OF_SCOPE[0]
     made: Any = placeholder("a.b.Thing", subject)
