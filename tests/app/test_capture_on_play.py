@@ -227,16 +227,20 @@ def test_a_status_callback_lives_as_long_as_its_handle(writer):
     heard: list[Status] = []
     handle = rep.orchestrator.register_status_callback(heard.append)
     rep.orchestrator.step()
-    assert heard == [Status.INITIALIZING, Status.STARTED, Status.STEPPING, Status.STEPPED]
+    assert heard == [Status.STARTING, Status.STEPPING, Status.STEPPED]
     handle.unregister()
     rep.orchestrator.step()
     handle.register()
     rep.orchestrator.step()
-    assert heard[4:] == [Status.STEPPING, Status.STEPPED]
+    assert heard[3:] == [Status.STEPPING, Status.STEPPED]
+    rep.orchestrator.stop()
+    assert heard[5:] == [Status.STOPPING, Status.STOPPED]
+    rep.orchestrator.run_until_complete(num_frames=2)
+    assert heard[7:] == [Status.STARTING, Status.STARTED, Status.STOPPING, Status.STOPPED]
     del handle
     gc.collect()
     rep.orchestrator.step()
-    assert len(heard) == 6
+    assert len(heard) == 11
 
 
 def test_the_physics_time_step_is_read_from_and_written_to_the_stage():

@@ -174,7 +174,7 @@ class Orchestrator:
             return
         try:
             if not self._initialized:
-                self._set_status(Status.INITIALIZING)
+                self.status = Status.INITIALIZING  # of which callbacks are not told, as in Replicator
                 evaluate.graph().restart()
                 rng.reset_all()
                 self.preview()
@@ -185,7 +185,7 @@ class Orchestrator:
             self._set_status(Status.STOPPED)
             raise
         self._frames_of_run = 0
-        self._set_status(Status.STARTED)
+        self._set_status(Status.STARTING)
 
     # --- many frames ---
     def capture_on_play(self, played: bool) -> None:
@@ -205,7 +205,7 @@ class Orchestrator:
             if not ends_without_picture([each for each in evaluate.graph().triggers if each.exhausted]):
                 with self._running():
                     self.step(-1, False, 0.0)
-            if all_ended() or timeline.has_ended():
+            if all_ended(self.captures) or timeline.has_ended():
                 self.finish()
 
     @contextmanager
@@ -271,7 +271,12 @@ class Orchestrator:
         others = FramesOfOthers(self.capture, self._is_unseen)
         self._start_unseen = True
         this = self._run = object()
-        frames_remain = triggers_remain if num_frames is None else lambda: self.captures < last and not all_ended()
+
+        def frames_remain() -> bool:
+            if num_frames is None:
+                return triggers_remain(self.captures)
+            return self.captures < last and not all_ended(self.captures)
+
         try:
             has_begun = False
             while True:
@@ -346,6 +351,7 @@ class Orchestrator:
         if self.status is Status.STOPPED:
             drain()
         else:
+            self._set_status(Status.STOPPING)
             in_spite_of_failures(drain, lambda: self._set_status(Status.STOPPED), close_writers)
 
     def stop(self) -> None:
