@@ -188,10 +188,6 @@ MOVED = (
         "omni.replicator.core: BasicWriter, or `usdsdg render` for a single picture",
     ),
     Moved(
-        "omni.kit.viewport_legacy",
-        "omni.kit.viewport.utility",
-    ),
-    Moved(
         "omni.kit.viewport_widgets_manager",
         "omni.kit.viewport.utility",
     ),
