@@ -207,19 +207,20 @@ def test_pausing_and_playing_the_timeline_pauses_its_captures_and_goes_on(writer
     assert len(writer.times) == 4
 
 
-def test_a_timeline_that_does_not_loop_stops_after_the_frame_of_its_end(writer):
+@pytest.mark.parametrize("frames", [4, 6])  # 6 times 1/60, one added to the other, is less than 6/60
+def test_a_timeline_that_does_not_loop_stops_after_the_frame_of_its_end(writer, frames):
     get_timeline().set_looping(False)
-    get_timeline().set_end_time(4 / 60)
+    get_timeline().set_end_time(frames / 60)
     get_timeline().play()
     updates = 0
     while not get_timeline().is_stopped() and updates < 20:
         get_app().update()
         updates += 1
-    assert writer.times == pytest.approx([count / 60 for count in (1, 2, 3, 4)])
-    assert (updates, writer.ended, rep.orchestrator.get_is_stopped()) == (4, 1, True)
+    assert writer.times == pytest.approx([count / 60 for count in range(1, frames + 1)])
+    assert (updates, writer.ended, rep.orchestrator.get_is_stopped()) == (frames, 1, True)
     writer.times.clear()
     rep.orchestrator.run_until_complete(num_frames=20)
-    assert writer.times == pytest.approx([count / 60 for count in (0, 1, 2, 3, 4)])
+    assert writer.times == pytest.approx([count / 60 for count in range(frames + 1)])
     assert get_timeline().is_stopped()
 
 

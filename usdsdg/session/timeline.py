@@ -16,6 +16,8 @@ from usdsdg.stage.time_code import time_code_at
 
 DEFAULT_RATE = 60.0
 DEFAULT_END_TIME = 100 / DEFAULT_RATE
+# Seconds: what sums of frames may lack of an end that is a multiple of these.
+ROUNDING = 1e-6
 
 
 class Timeline:
@@ -242,8 +244,8 @@ class Timeline:
             self._notify("tick")
             return
         self._time += seconds
-        start, end, _ = self._played()
-        if end > start and self._time >= end:
+        start, end, looping = self._played()
+        if end > start and self._time >= (end if looping else end - ROUNDING):
             self._wrap_or_pause()
         self._notify("tick")
 
