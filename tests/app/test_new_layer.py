@@ -1,7 +1,10 @@
 """Render products of `new_layer`, and what is attached to them, when the layer is begun again."""
 
+import pytest
+
 import usdsdg as rep
 from tests.app.counting import Counting
+from usdsdg.errors import UsdsdgWarning
 
 
 def test_products_of_a_layer_that_is_begun_again_have_the_same_names_and_no_earlier_readers(stage):
@@ -37,3 +40,13 @@ def test_products_of_other_layers_stay(stage):
     frames.attach(mine)
     rep.orchestrator.step()
     assert len(frames.times) == 1
+
+
+def test_a_writer_that_loses_its_product_before_it_got_a_frame_is_named(stage):
+    with rep.new_layer():
+        Counting().attach(rep.create.render_product(rep.create.camera(), (8, 8)))
+    with (
+        pytest.warns(UsdsdgWarning, match="got no frame of /Render/HydraTextures/Replicator"),
+        rep.new_layer(),
+    ):
+        rep.create.cube()

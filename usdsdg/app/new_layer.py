@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pxr import Sdf, Usd
 
 from usdsdg.annotators.annotator import attached_annotators
+from usdsdg.errors import warn_once
 from usdsdg.graph.evaluate import graph
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.stage_context import current_stage
@@ -49,6 +50,11 @@ def _remove(product: HydraTexture) -> None:
     """Remove a product with its prim; what was attached to it gets nothing of the product that will have its path."""
     for writer in attached_writers():
         writer.detach_from(product)
+        if writer not in attached_writers() and not writer.num_written:
+            warn_once(
+                f"new_layer: {type(writer).__name__} got no frame of {product.path}, which is removed with the earlier "
+                "layer of that name. Attach it to a product of the new one, or give the layers different names."
+            )
     for annotator in attached_annotators():
         if annotator.render_product == product.path:
             annotator.release()
