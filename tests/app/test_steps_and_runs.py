@@ -80,7 +80,7 @@ def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, na
 
 
 @pytest.mark.parametrize("num_frames", [None, 20])
-@pytest.mark.parametrize(("limits", "frames"), [([(2, 3)], 6), ([(3, 1), (1, 2)], 3), ([(3, 2), (1, 4)], 6)])
+@pytest.mark.parametrize(("limits", "frames"), [([(2, 3)], 6), ([(3, 1), (1, 2)], 3), ([(2, 3), (3, 3)], 9)])
 def test_a_run_shows_the_last_draw_for_as_many_frames_as_the_others(writer, num_frames, limits, frames):
     """In Replicator a run ends when its triggers would fire once more; the preview has drawn the first frame."""
     for interval, max_execs in limits:

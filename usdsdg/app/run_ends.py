@@ -16,13 +16,13 @@ def all_ended(captures: int) -> bool:
 
 
 def _has_ended(trigger: evaluate.Trigger, captures: int) -> bool:
-    """Return whether a trigger would fire once more than it may at the frame `captures`, or could have before.
+    """Return whether a trigger would fire once more than it may at the frame `captures`, or would have before.
 
     What it has drawn last is shown for as many frames as what it drew before.
     """
     if not trigger.exhausted:
         return False
-    return trigger.kind != "OgnOnFrame" or captures % int(trigger.node.inputs["interval"]) == 0
+    return trigger.kind != "OgnOnFrame" or captures >= trigger.latest + int(trigger.node.inputs["interval"])
 
 
 def are_frames_due() -> bool:
