@@ -37,8 +37,8 @@ def step(
     """Capture one frame with every enabled render product that a writer or annotator is attached to.
 
     Args:
-        rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting
-            /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may require more.
+        rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes those of
+            `set_next_rt_subframes`. The setting /omni/replicator/RTSubframes, and triggers that fire, may require more.
         pause_timeline: Pause a playing timeline afterwards, until the next step.
         delta_time: Seconds by which the timeline advances first, and physics with it if it plays; None: one time code
             if it plays; 0.0: not at all. The first captured frame does not advance it, unless motion blur exposes over
@@ -174,12 +174,18 @@ async def stop_async() -> None:
 
 
 def pause() -> None:
-    """Pause the captures of `run` and `run_async`, and a playing timeline, until `resume`."""
+    """Pause the captures of a run, or of a playing timeline, until `resume`.
+
+    Where capture on play is set (`set_capture_on_play`), the timeline is paused, too.
+    """
     get_orchestrator().pause()
 
 
 def resume() -> None:
-    """Continue after `pause`."""
+    """Continue after `pause`.
+
+    Where capture on play is set, the next frame shows the time at which the timeline was paused, which then plays on.
+    """
     get_orchestrator().resume()
 
 
@@ -202,16 +208,25 @@ def get_sim_times_to_write() -> list[float]:
 
 
 def set_next_rt_subframes(rt_subframes: int) -> None:
-    """Set the minimum number of sub-frames of the next capture.
+    """Set the number of sub-frames of the next capture; the setting, and triggers that fire, may require more.
+
+    What a `step` is given counts instead.
 
     Raises:
         OrchestratorError: `rt_subframes` is not an integer.
     """
     _check_whole("rt_subframes", rt_subframes)
-    get_orchestrator().set_next_subframes(rt_subframes)
+    get_orchestrator().sub_frames.set_next(rt_subframes)
 
 
-set_minimum_next_rt_subframes = set_next_rt_subframes
+def set_minimum_next_rt_subframes(rt_subframes: int) -> None:
+    """Set the least number of sub-frames of the next capture, as `set_next_rt_subframes`, which may have set more.
+
+    Raises:
+        OrchestratorError: `rt_subframes` is not an integer.
+    """
+    _check_whole("rt_subframes", rt_subframes)
+    get_orchestrator().sub_frames.set_minimum(rt_subframes)
 
 
 def get_status() -> Status:

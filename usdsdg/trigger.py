@@ -35,7 +35,8 @@ def on_frame(
         num_frames: The older name of `max_execs`.
         name: Name of the node in draws, in the payload of writers and in messages.
         rt_subframes: Minimum number of sub-frames of the captures that it fires for.
-        max_execs: A run without a number of frames ends when all triggers that have this limit have reached it.
+        max_execs: A run without a number of frames ends when all triggers that have this limit would fire once more,
+            after `interval` times `max_execs` frames.
 
     Raises:
         GraphError: `interval` is not an integer or below 1, or another number is not an integer.

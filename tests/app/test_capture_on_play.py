@@ -147,31 +147,101 @@ def test_a_paused_run_continues_after_resume(writer):
     assert len(writer.times) == 3
 
 
-def test_pause_pauses_the_timeline_and_resume_plays_it(writer):
-    rep.orchestrator.set_capture_on_play(False)
-    rep.orchestrator.step()
+def test_after_resume_a_frame_shows_the_time_of_the_pause_again(writer):
+    """Replicator plays the timeline one update after it goes on, as at the start of a run."""
     get_timeline().play()
+    for _ in range(3):
+        get_app().update()
     rep.orchestrator.pause()
+    assert rep.orchestrator.get_is_paused()
     assert not get_timeline().is_playing()
+    for _ in range(2):
+        get_app().update()
     rep.orchestrator.resume()
+    assert not get_timeline().is_playing()
+    for _ in range(3):
+        get_app().update()
     assert get_timeline().is_playing()
+    assert writer.times == pytest.approx([count / 60 for count in (1, 2, 3, 3, 4, 5)])
+
+
+def test_a_run_that_is_resumed_shows_the_time_of_the_pause_again(writer):
+    async def pause_once():
+        while len(writer.times) < 3:
+            await asyncio.sleep(0)
+        rep.orchestrator.pause()
+        await asyncio.sleep(0)
+        rep.orchestrator.resume()
+
+    async def both():
+        await asyncio.gather(pause_once(), rep.orchestrator.run_async(num_frames=6))
+
+    asyncio.run(both())
+    assert writer.times == pytest.approx([count / 60 for count in (0, 1, 2, 2, 3, 4)])
+
+
+def test_pause_leaves_a_timeline_alone_that_is_not_captured(writer):
+    rep.orchestrator.set_capture_on_play(False)
+    get_timeline().play()
+    rep.orchestrator.step(pause_timeline=False)
+    rep.orchestrator.pause()
+    assert get_timeline().is_playing()
+    assert rep.orchestrator.get_is_paused()
+    rep.orchestrator.resume()
+    rep.orchestrator.step(pause_timeline=False)
     assert rep.orchestrator.get_is_started()
+    assert writer.times == pytest.approx([0, 1 / 60])
+
+
+def test_pausing_and_playing_the_timeline_pauses_its_captures_and_goes_on(writer):
+    get_timeline().play()
+    get_app().update()
+    get_timeline().pause()
+    assert rep.orchestrator.get_is_paused()
+    get_timeline().play()
+    assert rep.orchestrator.get_is_started()
+    get_app().update()
+    assert writer.times == pytest.approx([1 / 60, 2 / 60])
+    get_timeline().pause()
+    rep.orchestrator.run(num_frames=2)
+    assert len(writer.times) == 4
+
+
+@pytest.mark.parametrize("frames", [4, 6])  # 6 times 1/60, one added to the other, is less than 6/60
+def test_a_timeline_that_does_not_loop_stops_after_the_frame_of_its_end(writer, frames):
+    get_timeline().set_looping(False)
+    get_timeline().set_end_time(frames / 60)
+    get_timeline().play()
+    updates = 0
+    while not get_timeline().is_stopped() and updates < 20:
+        get_app().update()
+        updates += 1
+    assert writer.times == pytest.approx([count / 60 for count in range(1, frames + 1)])
+    assert (updates, writer.ended, rep.orchestrator.get_is_stopped()) == (frames, 1, True)
+    writer.times.clear()
+    rep.orchestrator.run_until_complete(num_frames=20)
+    assert writer.times == pytest.approx([count / 60 for count in range(frames + 1)])
+    assert get_timeline().is_stopped()
 
 
 def test_a_status_callback_lives_as_long_as_its_handle(writer):
     heard: list[Status] = []
     handle = rep.orchestrator.register_status_callback(heard.append)
     rep.orchestrator.step()
-    assert heard == [Status.INITIALIZING, Status.STARTED, Status.STEPPING, Status.STEPPED]
+    assert heard == [Status.STARTING, Status.STEPPING, Status.STEPPED]
     handle.unregister()
     rep.orchestrator.step()
     handle.register()
     rep.orchestrator.step()
-    assert heard[4:] == [Status.STEPPING, Status.STEPPED]
+    assert heard[3:] == [Status.STEPPING, Status.STEPPED]
+    rep.orchestrator.stop()
+    assert heard[5:] == [Status.STOPPING, Status.STOPPED]
+    rep.orchestrator.run_until_complete(num_frames=2)
+    assert heard[7:] == [Status.STARTING, Status.STARTED, Status.STOPPING, Status.STOPPED]
     del handle
     gc.collect()
     rep.orchestrator.step()
-    assert len(heard) == 6
+    assert len(heard) == 11
 
 
 def test_the_physics_time_step_is_read_from_and_written_to_the_stage():

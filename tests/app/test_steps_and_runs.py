@@ -79,6 +79,17 @@ def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, na
     assert len(writer.times) == 5
 
 
+@pytest.mark.parametrize("num_frames", [None, 20])
+@pytest.mark.parametrize(("limits", "frames"), [([(2, 3)], 6), ([(3, 1), (1, 2)], 3), ([(2, 3), (3, 3)], 9)])
+def test_a_run_shows_the_last_draw_for_as_many_frames_as_the_others(writer, num_frames, limits, frames):
+    """In Replicator a run ends when its triggers would fire once more; the preview has drawn the first frame."""
+    for interval, max_execs in limits:
+        rep.trigger.on_frame(interval=interval, max_execs=max_execs)
+    for run in (1, 2):
+        rep.orchestrator.run_until_complete(num_frames=num_frames)
+        assert len(writer.times) == run * frames
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_run_and_run_until_complete_are_one_run(writer, form):
     """In Replicator `run` returns when the run has begun, and `run_until_complete` waits for the end of that one."""

@@ -99,7 +99,21 @@ def test_the_largest_required_number_of_sub_frames_is_used(subframes):
         function(6)
         rep.orchestrator.step()
         rep.orchestrator.step()
-    assert subframes == [5, 4, 3, 6, 3, 6, 3]
+    assert subframes == [5, 4, 4, 6, 3, 6, 3]
+
+
+def test_a_step_overrides_the_next_number_of_sub_frames_and_a_minimum_never_lowers_it(subframes):
+    """As Replicator's orchestrator, which keeps one number for the next frame."""
+    rep.orchestrator.set_next_rt_subframes(8)
+    rep.orchestrator.set_minimum_next_rt_subframes(4)
+    rep.orchestrator.step()
+    rep.orchestrator.set_minimum_next_rt_subframes(4)
+    rep.orchestrator.set_next_rt_subframes(2)
+    rep.orchestrator.step()
+    rep.orchestrator.set_next_rt_subframes(8)
+    rep.orchestrator.step(rt_subframes=2)
+    rep.orchestrator.step()
+    assert subframes == [8, 2, 2, 1]
 
 
 @pytest.mark.parametrize(

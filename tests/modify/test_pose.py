@@ -499,7 +499,7 @@ def test_the_timeline_takes_seconds_and_frames(stage):
     clock = get_timeline()
     clock.reset()
     rep.modify.timeline(8.0, "end_time")
-    rep.modify.timeline(60, "start_frame")
+    rep.modify.timeline(60, "Start_Frame")
     rep.modify.frame(90)
     assert (clock.get_start_time(), clock.get_current_time(), clock.get_end_time()) == (1.0, 1.5, 8.0)
     with rep.trigger.on_custom_event("go"):

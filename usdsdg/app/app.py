@@ -35,21 +35,23 @@ class App:
         self._running = True
         self._window_wait = WindowWait()
         self._frames_at_question = 0
+        self._seconds_of_update: float | None = None
         self._loop: ScriptLoop | None = None
 
     # --- updates ---
     @in_turn
     def update(self) -> None:
-        """Run one application update; a playing timeline advances by one time code."""
+        """Run one application update; a playing timeline advances by `seconds_of_update`."""
         timeline = get_timeline()
-        dt = 1.0 / timeline.get_time_codes_per_seconds()
+        dt = self.seconds_of_update()
         self._early_listeners.call(dt)
         with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
             fired = graph().evaluate(time=timeline.get_picture_elapsed_time())
-        if timeline.is_playing() and timeline.is_auto_updating():
+        plays = timeline.is_playing() and timeline.is_auto_updating()
+        if plays:
             self.advance(dt, bodies_wait=puts_bodies_back(fired))
         self._updates += 1
-        current().orchestrator.capture_on_play()
+        current().orchestrator.capture_on_play(plays)
         self._listeners.call(dt)
         for waiter in self._take_waiters():
             waiter.set_result(None)
@@ -64,6 +66,16 @@ class App:
         if simulates:
             engines.physics().advance(seconds, until=timeline.get_current_time())
 
+    def seconds_of_update(self) -> float:
+        """Return how far an update advances a playing timeline [s]: by default a time code."""
+        if self._seconds_of_update is not None:
+            return self._seconds_of_update
+        return 1.0 / get_timeline().get_time_codes_per_seconds()
+
+    def set_seconds_of_update(self, seconds: float | None) -> None:
+        """Let updates advance a playing timeline by `seconds`; None: by one time code."""
+        self._seconds_of_update = seconds
+
     async def next_update_async(self) -> float:
         """Wait for the next update, shared by all waiters; return its duration [s]."""
         loop = asyncio.get_running_loop()
@@ -72,7 +84,7 @@ class App:
         waiter: asyncio.Future[None] = loop.create_future()
         self._waiters.append(waiter)
         await waiter
-        return 1.0 / get_timeline().get_time_codes_per_seconds()
+        return self.seconds_of_update()
 
     pre_update_async = post_update_async = next_update_async
 

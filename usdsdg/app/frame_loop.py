@@ -15,13 +15,15 @@ from pxr import Usd
 from usdsdg import rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
+from usdsdg.app.playback import Playback
 from usdsdg.app.run_ends import all_ended, are_frames_due, ends_without_picture, triggers_remain, triggers_that_end
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
+from usdsdg.app.sub_frames import SubFrames
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
-from usdsdg.capture.render_settings import RenderMode, opens_shutter, render_mode
+from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
@@ -34,7 +36,7 @@ from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.interpreter_lock import switching_soon
 from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
+from usdsdg.session.settings_store import captures_on_play
 from usdsdg.session.timeline import get_timeline
 from usdsdg.session.turns import in_turn, turns
 from usdsdg.stage import assets
@@ -48,12 +50,12 @@ class Orchestrator:
         self.status = Status.STOPPED
         self.captures = 0
         self._initialized = False  # since the stage was made or `stop`
-        self._next_subframes = 0
+        self.sub_frames, self._playback = SubFrames(), Playback()
         self.capture = Capture()  # of one frame
         self._interrupted = InterruptedFrame()
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured: Listeners[[]] = Listeners()
-        self._requested_subframes = self._frames_of_last_run = 0
+        self._frames_of_last_run = 0
         self._start_unseen = False
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
@@ -65,8 +67,9 @@ class Orchestrator:
     def reset(self) -> None:
         """Restore the initial state for a new stage; callbacks stay."""
         self._set_status(Status.STOPPED)
-        self.captures, self._initialized, self._next_subframes = 0, False, 0
-        self._requested_subframes = self._frames_of_last_run = 0
+        self.captures, self._initialized, self._frames_of_last_run = 0, False, 0
+        for part in (self.sub_frames, self._playback):
+            part.reset()
         self._start_unseen = self.is_unawaited = False
         self.capture = Capture()
 
@@ -107,22 +110,20 @@ class Orchestrator:
         self._start_if_stopped()
         self._set_status(Status.STARTED if self._runs else Status.STEPPING)
         timeline = get_timeline()
-        timeline.release()
-        if self._plays_timeline(delta_time):
-            timeline.play()
-        self._requested_subframes = max(rt_subframes, 0)
+        self._playback.play(delta_time, is_first=not self._frames_of_run, runs=self._runs)
+        self.sub_frames.of_step = max(rt_subframes, 0)
         if ahead is None:
-            with timeline.before_picture(self._until_picture(delta_time)):
+            with timeline.before_picture(self._playback.until_picture(delta_time, is_first=not self.captures)):
                 fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
             if self._run is not None and self._last is None and ends_without_picture(fired):
                 return
         else:
             ahead.show(self.captures)
             fired = []
-        mode = render_mode(self._subframes(rt_subframes, fired))
+        mode = render_mode(self.sub_frames.take(rt_subframes, fired))
         self.capture.begin(self.captures, ahead)
         try:
-            self._advance_and_expose(mode, self._duration(delta_time), evaluate.puts_bodies_back(fired))
+            self._advance_and_expose(mode, self._playback.duration(delta_time), evaluate.puts_bodies_back(fired))
             self.capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self.capture.give_up()
@@ -136,22 +137,15 @@ class Orchestrator:
 
     def _end_step(self, pause_timeline: bool) -> None:
         self._frames_of_run += 1
-        if pause_timeline:
-            get_timeline().hold()
+        self._playback.end_frame(pause_timeline)
         self._set_status(Status.STARTED if self._runs else Status.STEPPED)
-
-    def _plays_timeline(self, delta_time: float | None) -> bool:
-        """Return whether a frame plays the timeline itself, as all but the first do where capture on play is set."""
-        if not self._frames_of_run or not captures_on_play():
-            return False
-        return captures_motion_blur() or (delta_time is None and get_timeline().is_auto_updating())
 
     def _step_worlds(self, rt_subframes: int, tap: WorldTap) -> None:
         """Capture many worlds, as if they were the next frames; graph and renderer run once for all of them."""
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         values = tap.draw(self.captures)
-        mode = render_mode(self._subframes(rt_subframes, evaluate.graph().triggers))
+        mode = render_mode(self.sub_frames.take(rt_subframes, evaluate.graph().triggers))
         tap.capture(values, self.captures, mode)
         self.captures += tap.count
         self._captured.call()
@@ -171,24 +165,6 @@ class Orchestrator:
             get_app().advance(duration, bodies_wait=bodies_wait)
         self.capture.expose(mode)
 
-    def _duration(self, delta_time: float | None) -> float:
-        """Return the seconds of a frame; without `delta_time` only a playing timeline advances."""
-        if delta_time is not None:
-            return float(delta_time)
-        timeline = get_timeline()
-        return 1.0 / timeline.get_time_codes_per_seconds() if timeline.is_playing() else 0.0
-
-    def _until_picture(self, delta_time: float | None) -> float:
-        """Return the seconds by which the timeline will advance before the picture, or before its shutter closes."""
-        advances = self.captures > 0 or opens_shutter()
-        return max(self._duration(delta_time), 0.0) if advances else 0.0
-
-    def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
-        requested = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
-        minimum = max([self._next_subframes, *(trigger.rt_subframes for trigger in fired)], default=1)
-        self._next_subframes = 0
-        return max(requested, minimum, 1)
-
     def _start_if_stopped(self) -> None:
         """Start a run: reset counters and generators and run a preview if not initialized, then check references.
 
@@ -198,7 +174,7 @@ class Orchestrator:
             return
         try:
             if not self._initialized:
-                self._set_status(Status.INITIALIZING)
+                self.status = Status.INITIALIZING  # of which callbacks are not told, as in Replicator
                 evaluate.graph().restart()
                 rng.reset_all()
                 self.preview()
@@ -209,24 +185,27 @@ class Orchestrator:
             self._set_status(Status.STOPPED)
             raise
         self._frames_of_run = 0
-        self._set_status(Status.STARTED)
+        self._set_status(Status.STARTING)
 
     # --- many frames ---
-    def capture_on_play(self) -> None:
+    def capture_on_play(self, played: bool) -> None:
         """Capture an app update of a playing timeline if capture on play is set, and something waits for frames.
 
-        When all triggers have reached their limits, the run ends and the timeline stops.
+        When all triggers have reached their limits, or a timeline that does not loop its end, the run ends and the
+        timeline stops.
+
+        played: whether the update has advanced the timeline.
         """
         timeline = get_timeline()
-        plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and captures_on_play() and are_frames_due():
+        plays = (played and (timeline.is_playing() or timeline.has_ended())) or self._playback.resumes
+        if plays and self.status is not Status.PAUSED and captures_on_play() and are_frames_due():
             if self.status is Status.STOPPED:
                 evaluate.graph().renew_limits()
             # Time triggers fire in the update, before its picture.
             if not ends_without_picture([each for each in evaluate.graph().triggers if each.exhausted]):
                 with self._running():
                     self.step(-1, False, 0.0)
-            if all_ended():
+            if all_ended(self.captures) or timeline.has_ended():
                 self.finish()
 
     @contextmanager
@@ -238,21 +217,30 @@ class Orchestrator:
             self._runs = False
 
     def follow_timeline(self, event: str) -> None:
-        """End the run when the timeline stops, if capture on play is set."""
-        if event == "stop" and self.captures and captures_on_play():
+        """End, pause or go on with the captures of a playing timeline as it stops, pauses or plays."""
+        if not captures_on_play():
+            return
+        if event == "stop" and self.captures:
             self.finish()
-
-    def pause(self) -> None:
-        """Pause the captures of `run` and the timeline until `resume`."""
-        if self.status is not Status.STOPPED:
-            get_timeline().hold()
+        elif event == "play" and self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+        elif event == "pause" and get_timeline().has_ended():
+            self._playback.has_ended = True  # which a last frame shows
+        elif event == "pause" and self.status is Status.STARTED and self._run is None:
             self._set_status(Status.PAUSED)
 
+    def pause(self) -> None:
+        """Pause the captures of `run` or a playing timeline until `resume`, and the timeline if that is captured."""
+        if self.status is not Status.STOPPED:
+            self._set_status(Status.PAUSED)
+            if captures_on_play():
+                get_timeline().pause()
+
     def resume(self) -> None:
-        """Continue after `pause`."""
+        """Continue after `pause`. A timeline that is captured plays on after a frame of the time at which it paused."""
         if self.status is Status.PAUSED:
             self._set_status(Status.STARTED)
-            get_timeline().release()
+            self._playback.resumes = captures_on_play()
 
     def run(self, num_frames: int | None, start_timeline: bool) -> Generator[None]:
         """Capture frames and yield after each, until the run has ended or has been stopped."""
@@ -266,6 +254,9 @@ class Orchestrator:
             timeline.play()
         if self.status is Status.STOPPED:
             evaluate.graph().renew_limits()
+        elif self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+        self._playback.reset()
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
             num_frames = self.frames_without_end
             if num_frames is None:
@@ -280,7 +271,12 @@ class Orchestrator:
         others = FramesOfOthers(self.capture, self._is_unseen)
         self._start_unseen = True
         this = self._run = object()
-        frames_remain = triggers_remain if num_frames is None else lambda: self.captures < last and not all_ended()
+
+        def frames_remain() -> bool:
+            if num_frames is None:
+                return triggers_remain(self.captures)
+            return self.captures < last and not all_ended(self.captures)
+
         try:
             has_begun = False
             while True:
@@ -292,8 +288,11 @@ class Orchestrator:
                     if self.status is not Status.PAUSED:
                         with self._running():
                             self._pass_over_others(others)
-                            self.step(-1, False, None)
+                            if not self._playback.has_ended:
+                                self.step(-1, False, None)
                     has_begun = True
+                    if self._playback.has_ended:
+                        break
                 yield
         finally:
             if self._run is this:
@@ -312,14 +311,14 @@ class Orchestrator:
 
     def _pass_over_others(self, others: FramesOfOthers) -> None:
         """Count the next frames of a run that other processes make, as far as these need not be evaluated here."""
-        while self._frames_of_run and (count := others.count(self.captures, self._last)):
+        playback = self._playback
+        while self._frames_of_run and not playback.has_ended and (count := others.count(self.captures, self._last)):
             end = self.captures + count
-            while self.captures < end:
+            while self.captures < end and not playback.has_ended:
                 with whole_frame():
                     others.fire(self.captures, end)
-                    if self._plays_timeline(None):
-                        get_timeline().play()
-                    if seconds := self._duration(None):
+                    playback.play(None, is_first=False, runs=True)
+                    if seconds := playback.duration(None):
                         get_app().advance(seconds)
                     self.capture.pass_over(self.captures)
                     self.captures += 1
@@ -352,6 +351,7 @@ class Orchestrator:
         if self.status is Status.STOPPED:
             drain()
         else:
+            self._set_status(Status.STOPPING)
             in_spite_of_failures(drain, lambda: self._set_status(Status.STOPPED), close_writers)
 
     def stop(self) -> None:
@@ -362,7 +362,7 @@ class Orchestrator:
 
     def author_run(self, stage: Usd.Stage) -> None:
         """Author what a saved stage needs to repeat the run."""
-        author_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self._requested_subframes)
+        author_run(stage, frames=self.captures or self._frames_of_last_run, rt_subframes=self.sub_frames.of_step)
 
     # --- status ---
     def is_started(self) -> bool:
@@ -375,10 +375,6 @@ class Orchestrator:
         return self.status in (Status.STARTED, Status.STEPPING, Status.STEPPED) or (
             unseen and self.status is Status.STOPPED
         )
-
-    def set_next_subframes(self, count: int) -> None:
-        """Render the next frame with at least `count` sub-frames."""
-        self._next_subframes = int(count)
 
     def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` after each captured frame; return the unsubscriber."""

@@ -63,6 +63,7 @@ class FramesOfOthers:
             if frame % interval:
                 continue
             trigger.executions += 1
+            trigger.latest = frame
             for node in trigger.nodes:
                 if interval > 1 and frame + interval >= end:
                     run(node)

@@ -9,10 +9,20 @@ from usdsdg.writers.base import attached_writers, trigger_of
 ON_LAST_FRAME = "triggerOnLastFrame"
 
 
-def all_ended() -> bool:
-    """Return whether there are triggers, all of which have reached their `max_execs`."""
+def all_ended(captures: int) -> bool:
+    """Return whether there are triggers, all of which have come to the end of their `max_execs`, before a frame."""
     triggers = evaluate.graph().triggers
-    return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
+    return bool(triggers) and all(trigger.max_execs and _has_ended(trigger, captures) for trigger in triggers)
+
+
+def _has_ended(trigger: evaluate.Trigger, captures: int) -> bool:
+    """Return whether a trigger would fire once more than it may at the frame `captures`, or would have before.
+
+    What it has drawn last is shown for as many frames as what it drew before.
+    """
+    if not trigger.exhausted:
+        return False
+    return trigger.kind != "OgnOnFrame" or captures >= trigger.latest + int(trigger.node.inputs["interval"])
 
 
 def are_frames_due() -> bool:
@@ -50,13 +60,14 @@ def limits_remain() -> bool:
     return any(trigger.max_execs and not trigger.exhausted for trigger in evaluate.graph().triggers)
 
 
-def triggers_remain() -> bool:
-    """Return whether a trigger has not reached its `max_execs` yet.
+def triggers_remain(captures: int) -> bool:
+    """Return whether a trigger has not come to the end of its `max_execs` before the frame `captures`.
 
     Raises:
         OrchestratorError: there are such triggers, but none of them can fire any more.
     """
-    remaining = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
+    limited = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs]
+    remaining = [trigger for trigger in limited if not _has_ended(trigger, captures)]
     reasons = [trigger.blocked() for trigger in remaining]
     if remaining and all(reasons):
         raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")

@@ -168,6 +168,11 @@ OUT_OF_SCOPE = (
         "omni.simready omni.kit.content omni.nucleus omni.usd_resolver omni.kit.usda_edit omni.kit.asset_browser",
     ),
     _row(
+        "captions of pictures are",
+        "Write them from labels: those of a frame are in the payload of a writer.",
+        "isaacsim.replicator.caption omni.replicator.caption",
+    ),
+    _row(
         "scenes from the description files of omni.replicator.object are",
         "Describe them for `usdsdg generate`, or as a Replicator YAML file.",
         "omni.replicator.object isaacsim.replicator.object omni.replicator.composer",
@@ -186,10 +191,6 @@ MOVED = (
     Moved(
         "omni.kit.capture",
         "omni.replicator.core: BasicWriter, or `usdsdg render` for a single picture",
-    ),
-    Moved(
-        "omni.kit.viewport_legacy",
-        "omni.kit.viewport.utility",
     ),
     Moved(
         "omni.kit.viewport_widgets_manager",

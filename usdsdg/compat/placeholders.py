@@ -9,7 +9,7 @@ import functools
 from types import ModuleType
 from typing import Any, NoReturn
 
-from usdsdg.compat.foreign_names import OutOfScope
+from usdsdg.compat.foreign_names import OutOfScope, out_of_scope
 from usdsdg.errors import Unsupported
 
 
@@ -27,7 +27,8 @@ class PlaceholderModule(ModuleType):
     def __getattr__(self, name: str) -> type:
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        return placeholder(f"{self.__name__}.{name}", self.__dict__["_subject"])
+        own = f"{self.__name__}.{name}"  # which may have a row of its own
+        return placeholder(own, out_of_scope(own) or self.__dict__["_subject"])
 
     def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
         _refuse(self._as_class())

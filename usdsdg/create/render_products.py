@@ -170,9 +170,10 @@ def _product(
             if (product.camera_path, product.resolution, product.tiles) == (camera, size, tiles):
                 return product
     stage = current_stage()
+    layer = stage.GetEditTarget().GetLayer()
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         path = paths.next_free_path(stage, f"{PREFIX}/{prim_name(name) if name else default}")
         prim = UsdRender.Product.Define(stage, path)
         prim.CreateCameraRel().SetTargets([Sdf.Path(each) for each in (tiles.cameras if tiles else [camera])])
         prim.CreateResolutionAttr(Gf.Vec2i(*size))
-    return render_products.add(HydraTexture(path, camera, size, tiles=tiles))
+    return render_products.add(HydraTexture(path, camera, size, tiles=tiles, layer=layer))

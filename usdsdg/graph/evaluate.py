@@ -35,6 +35,7 @@ class Trigger:
     nodes: list[Node] = field(default_factory=list)
     executions: int = 0
     previews: int = 0  # how many of the executions were previews
+    latest: int = 0  # the number of the capture for which it has fired last, 0 for a preview
     blocked: Callable[[], str] = str
     prepare: Callable[[], None] | None = None
     counts_previews: bool = True
@@ -197,6 +198,7 @@ class Graph:
             if trigger.counts_previews or not context.preview:
                 trigger.executions += 1
                 trigger.previews += context.preview
+                trigger.latest = max(trigger.latest, context.capture)
         return due
 
     def _repr_html_(self) -> str:
@@ -207,7 +209,7 @@ class Graph:
     def restart(self) -> None:
         """Reset draws and execution counts, as when a stopped orchestrator starts."""
         for trigger in self.triggers:
-            trigger.executions = trigger.previews = trigger.counted_from = 0
+            trigger.executions = trigger.previews = trigger.counted_from = trigger.latest = 0
         self.restart_draws()
 
     def renew_limits(self) -> None:

@@ -54,7 +54,7 @@ class WorldDraws:
     def __init__(self, graph: Graph, frame: int, count: int, *, is_shown: bool = False) -> None:
         frames = frame + np.arange(count)
         self._firings = [Firings.of(trigger, frames) for trigger in graph.triggers]
-        self.count = count
+        self.count, self._frames = count, frames
         if not is_shown:
             self._show_first(graph)
         # What follows counts from here.
@@ -68,6 +68,7 @@ class WorldDraws:
                 for node in firings.trigger.nodes:
                     run(node)
                 firings.trigger.executions += 1
+                firings.trigger.latest = int(self._frames[0])
 
     def independent_values(self) -> WorldValues | None:
         """Return what the worlds have where none depends on an earlier one; else, or where it is not known, None.
@@ -141,8 +142,11 @@ class WorldDraws:
 
     def count_triggers(self, world: int = -1) -> None:
         """Count the firings up to a world, the last one by default."""
+        end = world % self.count + 1
         for firings, executed in zip(self._firings, self._executed):
             firings.trigger.executions = executed + int(firings.later()[world])
+            if (fired := self._frames[:end][firings.fires[:end]]).size:
+                firings.trigger.latest = int(fired[-1])
         for firings, node, executed in self._runs:
             node.executions = executed + int(firings.later()[world])
 

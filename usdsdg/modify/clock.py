@@ -32,6 +32,7 @@ def timeline(value: Any, modify_type: str) -> ReplicatorItem:
         ArgumentError: another `modify_type`.
     """
     known = [*_SETTERS, *(kind.replace("time", "frame") for kind in _SETTERS)]
+    modify_type = str(modify_type).lower()
     if modify_type not in known:
         raise ArgumentError(f"modify.timeline: modify_type={modify_type!r}; known: {', '.join(known)}")
     node = Node(kind="OgnWriteTimeline", inputs={"attribute": modify_type, "value": plain(value)})

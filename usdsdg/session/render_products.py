@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from pxr import Gf, Usd, UsdGeom, UsdRender
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg import errors
 from usdsdg.session.session import current
@@ -32,11 +32,21 @@ class HydraTexture:
     """A render product: a camera, or several in tiles, and a resolution, with updates on or off.
 
     `tiles` is None for the image of one camera; otherwise `camera_path` is that of the first tile. Camera and
-    resolution are those of the prim, also where a script writes its relationship or its attribute.
+    resolution are those of the prim, also where a script writes its relationship or its attribute. `layer` is the one
+    that the script edited when it made the product.
     """
 
-    def __init__(self, path: str, camera_path: str, resolution: tuple[int, int], *, tiles: Tiles | None = None) -> None:
+    def __init__(
+        self,
+        path: str,
+        camera_path: str,
+        resolution: tuple[int, int],
+        *,
+        tiles: Tiles | None = None,
+        layer: Sdf.Layer | None = None,
+    ) -> None:
         self.path = path
+        self.layer = layer
         self._camera_path = camera_path
         self._resolution = resolution
         self.tiles = tiles

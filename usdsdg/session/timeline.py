@@ -16,6 +16,8 @@ from usdsdg.stage.time_code import time_code_at
 
 DEFAULT_RATE = 60.0
 DEFAULT_END_TIME = 100 / DEFAULT_RATE
+# Seconds: what sums of frames may lack of an end that is a multiple of these.
+ROUNDING = 1e-6
 
 
 class Timeline:
@@ -55,6 +57,11 @@ class Timeline:
 
     def is_stopped(self) -> bool:
         return self._stopped
+
+    def has_ended(self) -> bool:
+        """Return whether it is paused at the end of what it plays, as where it does not loop."""
+        start, end, looping = self._played()
+        return not (self._playing or self._stopped or looping) and end > start and self._time >= end
 
     def get_current_time(self) -> float:
         return self._time
@@ -237,8 +244,8 @@ class Timeline:
             self._notify("tick")
             return
         self._time += seconds
-        start, end, _ = self._played()
-        if end > start and self._time >= end:
+        start, end, looping = self._played()
+        if end > start and self._time >= (end if looping else end - ROUNDING):
             self._wrap_or_pause()
         self._notify("tick")
 

@@ -221,6 +221,10 @@ def _print_traceback(error: BaseException, script: Path) -> None:
     Where no frame is in the script, as for a syntax error, only frames of this file are left out. The last frames are
     left out where they are the import hook's, which only says what is missing.
     """
+    from usdsdg.cli.script.usd_errors import remedy
+
+    if note := remedy(error):
+        error.add_note(note)
     below = [each for each in _tracebacks(error) if each.tb_frame.f_code.co_filename not in (__file__, ast.__file__)]
     first = next(iter(_inside(error, script) or below), None)
     error.__traceback__ = first

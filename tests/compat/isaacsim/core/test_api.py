@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
@@ -94,6 +96,24 @@ def test_updates_of_no_length_leave_the_timeline_and_follow_one_physics_step_eac
     assert world.current_time_step_index == steps + 4
     with pytest.raises(ValueError, match="negative"):
         world.set_simulation_dt(rendering_dt=-1)
+
+
+def test_render_callbacks_and_updates_of_the_application_have_the_length_that_was_set(world):
+    heard = []
+    world.add_render_callback("heard", lambda event: heard.append(event.payload["dt"]))
+    world.reset()
+    heard.clear()
+    world.set_simulation_dt(rendering_dt=0.0)
+    time = get_timeline().get_current_time()
+    world.render()
+    get_app().update()
+    assert asyncio.run(get_app().next_update_async()) == 0.0
+    assert heard == [0.0, 0.0, 0.0]
+    assert get_timeline().get_current_time() == time
+    world.set_simulation_dt(rendering_dt=1 / 30)
+    world.render()
+    assert heard[3:] == [pytest.approx(1 / 30)]
+    assert get_timeline().get_current_time() == pytest.approx(time + 1 / 30)
 
 
 def test_a_physics_step_of_no_length_holds_physics_at_steps(world):

@@ -27,7 +27,6 @@ class SimulationContext:
     """The one simulation of the session; a second call returns the first object, with a warning."""
 
     _is_set_up = False
-    _updates_take_time = True  # False: `rendering_dt` is 0
 
     def __new__(cls, *_: object, **__: object) -> SimulationContext:
         if current().simulation_context is None:
@@ -152,16 +151,15 @@ class SimulationContext:
             return
         if rendering_dt < 0:
             raise ValueError(f"rendering_dt {rendering_dt} is negative")
-        self._updates_take_time = rendering_dt > 0
-        if not self._updates_take_time:
-            return
-        get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
+        get_app().set_seconds_of_update(None if rendering_dt > 0 else 0.0)
+        if rendering_dt > 0:
+            get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
 
     def get_physics_dt(self) -> float:
         return self._physics_context.get_physics_dt()
 
     def get_rendering_dt(self) -> float:
-        return 1.0 / get_timeline().get_time_codes_per_second() if self._updates_take_time else 0.0
+        return get_app().seconds_of_update()
 
     # --- the clock ---
     def initialize_physics(self) -> None:
@@ -198,30 +196,19 @@ class SimulationContext:
         Where the length of physics steps was set to 0, there is none; where that of updates was, there is one step
         before the update.
         """
-        simulates = self.get_physics_dt() > 0.0
-        if render and simulates and self._updates_take_time:
+        simulates, updates_simulate = self.get_physics_dt() > 0.0, self.get_rendering_dt() > 0.0
+        if render and simulates and updates_simulate:
             get_app().update()
             return
-        if simulates and self.is_playing() and not (render and self._updates_take_time):
+        if simulates and self.is_playing() and not (render and updates_simulate):
             simulation().step()
         if render:
             self.render()
 
     def render(self) -> None:
         """Run an app update without physics."""
-        with _physics_held(), self._time_held():
+        with _physics_held():
             get_app().update()
-
-    @contextmanager
-    def _time_held(self) -> Iterator[None]:
-        """Let app updates leave the timeline where it is, if `rendering_dt` is 0."""
-        timeline = get_timeline()
-        updated = timeline.is_auto_updating()
-        timeline.set_auto_update(updated and self._updates_take_time)
-        try:
-            yield
-        finally:
-            timeline.set_auto_update(updated)
 
     def clear(self) -> None:
         """Remove all prims but PhysicsScenes, /World and those of the renderer."""
@@ -255,7 +242,7 @@ class SimulationContext:
 
     async def render_async(self) -> None:
         """Wait for an app update without physics."""
-        with _physics_held(), self._time_held():
+        with _physics_held():
             await get_app().next_update_async()
 
     # --- callbacks ---
