@@ -108,9 +108,16 @@ class Command(click.Command):
 
 
 class Group(click.Group):
-    """A group of commands that shows its help where none is named, and near misses of a name that it does not have."""
+    """A group of commands that shows its help where none is named, and near misses of a name that it does not have.
+
+    meant: returns what was meant by the name of a command that the group does not have, or "".
+    """
 
     command_class, context_class = Command, Context
+
+    def __init__(self, *args: Any, meant: Callable[[str], str] | None = None, **attributes: Any) -> None:
+        super().__init__(*args, **attributes)
+        self.meant = meant or (lambda _name: "")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         # What click itself does here, where it prints, and the exit code, depend on its version.
@@ -124,8 +131,8 @@ class Group(click.Group):
         if self.get_command(ctx, name) is None and not name.startswith("-") and not ctx.resilient_parsing:
             options = [f"--{name}"] if name in ("help", "version") else []
             near = options or difflib.get_close_matches(name, self.list_commands(ctx))
-            hint = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
-            ctx.fail(f"No such command {name!r}.{hint}")
+            hint = self.meant(name) or (f"Did you mean {' or '.join(map(repr, near))}?" if near else "")
+            ctx.fail(f"No such command {name!r}. {hint}".rstrip())
         return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
