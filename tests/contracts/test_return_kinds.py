@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom
 import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.session.render_products import HydraTexture
-from usdsdg.session.settings_store import DEFAULTS, get_settings
+from usdsdg.session.settings.store import DEFAULTS, get_settings
 from usdsdg.session.stage_context import new_stage
 
 IS = {

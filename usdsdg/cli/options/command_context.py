@@ -24,7 +24,7 @@ from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
 from usdsdg.session import progress
-from usdsdg.session.device_memory import device_memory
+from usdsdg.session.devices.memory import device_memory
 from usdsdg.session.endings import failures, parent_process, termination
 from usdsdg.session.endings.failures import tell
 

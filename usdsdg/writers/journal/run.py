@@ -17,7 +17,7 @@ from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted, warn_once
 from usdsdg.session import devices
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.writers.journal import folders, lines, place_locks
 from usdsdg.writers.journal import recipe as recipe_file
