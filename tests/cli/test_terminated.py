@@ -10,7 +10,7 @@ import pytest
 from tests.signaled import run_and_signal
 from usdsdg.cli.options import command_context
 from usdsdg.session import session
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 
 SCRIPT = """
 import os, sys

@@ -255,7 +255,7 @@ def _exit_interrupted(interrupt: KeyboardInterrupt, keeps_files: bool) -> NoRetu
 def _how_to_go_on() -> str:
     """Return "; ..." with what goes on with the frames that a command was making; "" where nothing does."""
     from usdsdg.session.session import current
-    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.earlier_run import Mode
 
     run = current().run
     if not run.folders or run.scratch is not None or run.recipe is None or run.recipe.command not in _MAY_GO_ON:
