@@ -58,15 +58,17 @@ class Context(click.Context):
     formatter_class = Formatter
 
 
-class Command(click.Command):
-    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines.
+class _Guessing:
+    """What says what was meant by a word that it does not have."""
 
-    meant: returns what was meant by an option or argument that the command does not have, or "".
-    """
-
-    def __init__(self, *args: Any, meant: Callable[[str], str] | None = None, **attributes: Any) -> None:
+    def __init__(self, *args: Any, meant: Callable[[str], str] = lambda _word: "", **attributes: Any) -> None:
+        """meant: returns what was meant by an option or argument, or by the name of a command; or ""."""
         super().__init__(*args, **attributes)
-        self.meant = meant or (lambda _name: "")
+        self.meant = meant
+
+
+class Command(_Guessing, click.Command):
+    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
@@ -107,17 +109,10 @@ class Command(click.Command):
         return summary(self)
 
 
-class Group(click.Group):
-    """A group of commands that shows its help where none is named, and near misses of a name that it does not have.
-
-    meant: returns what was meant by the name of a command that the group does not have, or "".
-    """
+class Group(_Guessing, click.Group):
+    """A group of commands that shows its help where none is named, and near misses of a name that it does not have."""
 
     command_class, context_class = Command, Context
-
-    def __init__(self, *args: Any, meant: Callable[[str], str] | None = None, **attributes: Any) -> None:
-        super().__init__(*args, **attributes)
-        self.meant = meant or (lambda _name: "")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         # What click itself does here, where it prints, and the exit code, depend on its version.
