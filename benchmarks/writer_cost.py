@@ -27,7 +27,7 @@ from usdsdg.annotators import named_annotators
 from usdsdg.capture.output import WriterOutput
 from usdsdg.capture.records.pictures import PICTURES
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.writers import Writer, register_writer
 from usdsdg.writers.backends.disk import DiskBackend
 

@@ -16,7 +16,6 @@ import trimesh
 from PIL import Image
 
 import usdsdg as rep
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import read_camera
 
 parser = argparse.ArgumentParser()
@@ -53,7 +52,7 @@ args.out.mkdir(parents=True, exist_ok=True)
 columns, rows = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
 images = []
 for name, camera, (rgb, distance_to_camera) in zip(("pinhole", "fisheye"), (pinhole, fisheye), annotators, strict=True):
-    view = read_camera(current_stage(), camera.prims[0], size)
+    view = read_camera(rep.get_stage(), camera.prims[0], size)
     origins, directions = view.rays(np.stack([columns, rows], -1))
     distance = distance_to_camera.get_data().reshape(-1, 1)
     hit = np.isfinite(distance[:, 0])

@@ -11,7 +11,7 @@ from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.omni.kit.app import get_app as get_kit_app
 from usdsdg.listeners import Listeners
 from usdsdg.session import engines
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

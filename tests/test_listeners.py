@@ -9,7 +9,7 @@ from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.listeners import Listeners, weakly
 from usdsdg.session import engines, stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

@@ -14,7 +14,7 @@ from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.turns import turn_of_task, turns
 
 __all__ = [

@@ -12,7 +12,7 @@ from usdsdg.errors import ConfigError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.session.settings_store import get_settings, normalized
+from usdsdg.session.settings.store import get_settings, normalized
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.scenes import physics_scene, set_steps_per_second, steps_per_second
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes

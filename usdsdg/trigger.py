@@ -13,7 +13,7 @@ from usdsdg.errors import GraphError, Unsupported, called_for_script
 from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Trigger, TriggerContext, graph
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.session.settings_store import captures_on_play, get_settings
+from usdsdg.session.settings.store import captures_on_play, get_settings
 from usdsdg.session.timeline import get_timeline
 
 # A condition that was false for this many captures in a row no longer counts as one that can end a run.

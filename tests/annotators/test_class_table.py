@@ -10,7 +10,7 @@ import usdsdg as rep
 from usdsdg import errors
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session import session
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.stage.semantics.labels import add_labels
 

@@ -11,8 +11,8 @@ from tests.annotators.scenes import street
 from usdsdg import annotators, writers
 from usdsdg.errors import BadValue
 from usdsdg.session import session
-from usdsdg.session.replicator_version import KEY, note_old_import, replicator_version
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.replicator_version import KEY, note_old_import, replicator_version
+from usdsdg.session.settings.store import get_settings
 
 PRODUCT = "/Render/HydraTextures/rp1"
 SEGMENTATION = [

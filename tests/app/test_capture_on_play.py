@@ -16,7 +16,7 @@ from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.app.status import Status
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

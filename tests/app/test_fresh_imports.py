@@ -40,13 +40,13 @@ SCRIPTS = {
         print(len(rgb.get_data()["cameraViewTransform"]) == 16)
     """,
     "the seed follows its setting": """
-        from usdsdg.session.settings_store import get_settings
+        from usdsdg.session.settings.store import get_settings
         get_settings().set("/omni/replicator/globalSeed", 7)
         from usdsdg.graph.sampling import get_global_seed
         print(get_global_seed() == 7)
     """,
     "settings of writing are obeyed": """
-        from usdsdg.session.settings_store import get_settings
+        from usdsdg.session.settings.store import get_settings
         get_settings().set("/omni/replicator/backend/queueSize", 7)
         get_settings().set("/omni/replicator/backends/disk/root_dir", "/some/folder")
         from usdsdg.writers.backends.disk import disk_root

@@ -8,7 +8,7 @@ from usdsdg import distribution, modify, orchestrator, trigger, utils
 from usdsdg.app.status import Status, StatusCallback
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import OrchestratorError, get_orchestrator
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets

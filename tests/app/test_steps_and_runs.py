@@ -10,7 +10,7 @@ from tests.app.counting import Counting
 from usdsdg.app.app import get_app
 from usdsdg.app.status import Status
 from usdsdg.orchestrator import OrchestratorError
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

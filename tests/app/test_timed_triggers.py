@@ -10,7 +10,7 @@ from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.errors import GraphError
 from usdsdg.functional import create, physics
 from usdsdg.graph import evaluate
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import DEFAULT_END_TIME, get_timeline
 from usdsdg.trigger import trigger_of

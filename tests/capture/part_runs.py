@@ -15,7 +15,7 @@ from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion

@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 

@@ -8,8 +8,8 @@ import pytest
 import usdsdg as rep
 from tests.render.path.films import needs_library
 from usdsdg.errors import forget_warnings
-from usdsdg.session import settings_store as settings
 from usdsdg.session.session import current
+from usdsdg.session.settings import store as settings
 from usdsdg.session.stage_context import new_stage
 from usdsdg_render.path import oidn_denoiser
 

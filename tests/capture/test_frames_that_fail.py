@@ -12,7 +12,7 @@ from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import WriterOutput
 from usdsdg.verify.integrity import integrity
 from usdsdg.writers.aggregates import finish_run
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 
 
 class Failing(rep.Writer):

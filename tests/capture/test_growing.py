@@ -25,7 +25,7 @@ from tests.sampled_cases import in_soak, sampled
 from usdsdg.errors import DatasetInTheWay, WriterError
 from usdsdg.verify.integrity.integrity import check
 from usdsdg.writers.formats.shards.reopened import restore_samples
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.growth import MoreFrames, fewer
 from usdsdg.writers.journal.portion import Portion
 

@@ -15,7 +15,8 @@ from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.workers.dataset import make_claimed
 from usdsdg.writers import parts
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe

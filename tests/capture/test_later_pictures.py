@@ -18,7 +18,7 @@ from usdsdg.capture.output import WriterOutput
 from usdsdg.errors import WriterError
 from usdsdg.session import devices, session
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import new_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.writers.backends.disk import DiskBackend

@@ -7,7 +7,7 @@ import pytest
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import Settings
+from usdsdg.session.settings.store import Settings
 from usdsdg_render.path import oidn_denoiser
 
 

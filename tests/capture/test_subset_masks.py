@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels

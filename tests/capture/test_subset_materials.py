@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage.semantics.labels import add_labels
 
 SIZE = (32, 32)

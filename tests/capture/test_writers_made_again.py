@@ -12,7 +12,7 @@ from tests.capture.part_runs import cut, differences, run
 from tests.sampled_cases import crossed
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import new_stage
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 
 BASIC = {"keypoints": True, "normals": True, "occlusion": True, "bounding_box_3d": True, "motion_vectors": True}
 WRITERS = {

@@ -10,10 +10,11 @@ import pytest
 import usdsdg as rep
 from tests.capture.part_runs import cut, differences, folders, run, run_again, run_parts
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.workers.plan import plan
 from usdsdg.writers.journal import journal, recipe
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.parts import join_parts

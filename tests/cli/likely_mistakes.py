@@ -49,6 +49,7 @@ class Mistake:
 
 MISTAKES = [
     Mistake("command", "generat detection.yaml", "Did you mean 'generate'"),
+    Mistake("command", "script.py", "`usdsdg run script.py`"),
     Mistake("command", "generate", "Missing argument"),
     Mistake("command", "generate detecton.yaml", "did you mean detection.yaml?"),
     Mistake("command", "generate detection.yaml --set num_frame=3", "did you mean num_frames"),
@@ -69,7 +70,7 @@ MISTAKES = [
     Mistake("command", "render scene.usda picture.png", "give that of a folder, such as picture"),
     Mistake("command", "inspect empty", "give the folder"),
     Mistake("command", "verify empty", "give the folder"),
-    Mistake("command", "verify _out_detecton", "give the one"),
+    Mistake("command", "verify _out_detecton", "give the folder"),
     Mistake("command", "convert mug.obj mug.usd", "give its path"),
     Mistake("command", "convert empty mug.usd", "is a folder"),
     Mistake("command", "compat scrip.py", "script.py"),

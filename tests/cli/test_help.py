@@ -9,6 +9,7 @@ import pytest
 from click.shell_completion import BashComplete
 from click.testing import CliRunner
 
+from tests.scripts.conftest import ROOT
 from usdsdg.cli.app import app
 from usdsdg.cli.examples import EXAMPLES
 from usdsdg.cli.options.optional_values import completed
@@ -81,6 +82,9 @@ def test_without_a_command_the_help_is_printed(arguments):
         (["generat"], "No such command 'generat'. Did you mean 'generate' or 'render'?"),
         (["assets", "gt"], "No such command 'gt'. Did you mean 'get'?"),
         (["abacus"], "No such command 'abacus'."),
+        ([f"{ROOT}/configs/detection.yaml"], "which `usdsdg generate "),
+        ([f"{ROOT}/examples/first_script.py", "--seed", "3"], "a script, which `usdsdg run "),
+        ([f"{ROOT}/docs"], "`usdsdg inspect "),
         (["--abacus"], "No such option"),
         (["render", "a", "b", "--camra", "c"], "--camera"),
         (["render", "a"], "Missing argument 'OUTPUT'."),

@@ -79,7 +79,7 @@ def test_datasets_in_deeper_folders_are_found(tmp_path):
     refused = merge(tmp_path)  # of these, which are no parts; one folder deep there is nothing
     assert refused.returncode == 1
     assert str(jobs / "a/link") in refused.stderr
-    assert f"{tmp_path / 'gone'} is no folder" in merge(tmp_path / "gone").stderr
+    assert f"{tmp_path / 'gone'} does not exist" in merge(tmp_path / "gone").stderr
 
 
 def test_processes_go_on_with_parts_that_an_earlier_command_has_left(made, tmp_path):

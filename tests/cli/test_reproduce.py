@@ -198,7 +198,7 @@ def test_a_folder_without_a_recipe_cannot_be_made_again(tmp_path):
     done = reproduce(tmp_path)
     assert done.returncode == 1
     assert "has no recipe" in done.stderr
-    assert f"{tmp_path / 'gone'} is no folder" in reproduce(tmp_path / "gone").stderr
+    assert f"{tmp_path / 'gone'} does not exist" in reproduce(tmp_path / "gone").stderr
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ from usdsdg.compat.omni.timeline import (
 from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import AssetError, AssetNotFound, BadPrim, BadValue, Unsupported
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import ChangeEventType, get_settings
+from usdsdg.session.settings.store import ChangeEventType, get_settings
 from usdsdg.stage import assets
 from usdsdg.stage.cameras import viewport_cameras
 

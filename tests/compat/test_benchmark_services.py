@@ -19,7 +19,7 @@ from usdsdg.compat.isaacsim.benchmark.services.datarecorders import (
 )
 from usdsdg.compat.isaacsim.benchmark.services.metrics import measurements
 from usdsdg.compat.isaacsim.benchmark.services.validation import Validator, _blurred
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

@@ -228,7 +228,7 @@ def test_imports_of_isaac_sim_4_choose_its_payloads():
     code = """
         import usdsdg.compat; usdsdg.compat.install()
         import omni.replicator.core, omni.usd, isaacsim
-        from usdsdg.session.replicator_version import replicator_version
+        from usdsdg.session.settings.replicator_version import replicator_version
         before = replicator_version()
         try:
             import omni.isaac.nothing_of_this_name

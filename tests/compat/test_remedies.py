@@ -12,7 +12,7 @@ from usdsdg.compat.omni.graph import core as og
 from usdsdg.compat.omni.isaac.kit.utils import set_carb_setting
 from usdsdg.compat.omni.kit import commands
 from usdsdg.errors import BadPrim, Unsupported
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 
 

@@ -9,7 +9,7 @@ from usdsdg.compat.omni.kit import stage_templates
 from usdsdg.errors import ArgumentError
 from usdsdg.session import stage_context
 from usdsdg.session.new_stages import NewStage
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 
 

@@ -135,7 +135,7 @@ LATE = {
     "usdsdg.session.render_products": ("usdsdg.notebook", SHOWN),
     "usdsdg.graph.node": ("usdsdg.notebook", SHOWN),
     "usdsdg.graph.evaluate": ("usdsdg.notebook", SHOWN),
-    "usdsdg.session.devices": ("usdsdg_render.renderer", "warp takes a second to import"),
+    "usdsdg.session.devices.choice": ("usdsdg_render.renderer", "warp takes a second to import"),
     "usdsdg.session.engines": (
         "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels usdsdg_render.device",
         "newton takes seconds to import, warp one",

@@ -10,7 +10,7 @@ from tests.contracts import mirror
 from usdsdg.annotators.augmentations.defaults import DEFAULT_AUGMENTATIONS
 from usdsdg.annotators.base import annotator_specs
 from usdsdg.annotators.named_annotators import UNSUPPORTED
-from usdsdg.session import settings_store as settings
+from usdsdg.session.settings import store as settings
 from usdsdg.writers.backends import registry as backends
 
 PAGE = (Path(__file__).parents[2] / "docs" / "compatibility.md").read_text(encoding="utf-8")

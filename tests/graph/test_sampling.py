@@ -9,7 +9,7 @@ from scipy import stats
 
 from usdsdg.errors import GraphError
 from usdsdg.graph.sampling import generator, get_global_seed, set_global_seed, uniforms
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 PRIMS = [f"/World/prim_{i}" for i in range(4000)]
 

@@ -5,7 +5,7 @@ import pytest
 import usdsdg as rep
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,8 @@ from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWri
 from usdsdg.meshes import repairs
 from usdsdg.meshes.cache import converted
 from usdsdg.meshes.conversion import Options, convert
-from usdsdg.meshes.placement import Origin
+from usdsdg.meshes.placement import UNITS, Origin
+from usdsdg.scenarios.shared import mesh_folder
 from usdsdg.stage.semantics.labels import get_labels
 
 FORMS = ("obj", "glb", "gltf", "ply", "stl", "dae", "off")
@@ -461,12 +462,17 @@ def test_repairs_are_reported(tmp_path):
     assert report.repairs == ["turned 1 closed parts right side out"]
 
 
-def test_odd_sizes_are_named(wedge, tmp_path):
-    wedge.apply_scale(1000)
-    _, report, _ = opened(saved(wedge, tmp_path, "stl"), tmp_path)
+@pytest.mark.parametrize("meters", [400, 70])
+def test_odd_sizes_are_named_with_the_unit_that_jobs_would_take(wedge, tmp_path, meters):
+    """A pin of 70 units is one of 70 mm rather than of 70 cm."""
+    wedge.apply_scale(meters / 0.4)
+    file = saved(wedge, tmp_path, "stl")
+    _, report, _ = opened(file, tmp_path)
     assert report.notes == [
-        "thing.stl is 400 m large, which is odd for an object; if it is in mm, convert it with --unit mm"
+        f"thing.stl is {meters} m large, which is odd for an object; if it is in mm, convert it with --unit mm"
     ]
+    [asset] = mesh_folder.read_assets({"thing": [str(file)]}, "auto")
+    assert asset.scale == UNITS["mm"]
 
 
 def test_missing_pictures_are_named(tmp_path):

@@ -127,9 +127,10 @@ def test_a_mesh_is_split_once_with_progress_and_then_read(monkeypatch):
     _crate(stage, boards=[_FLOOR, _WALLS[0]])
     heard = []
     first = parse(stage, HullCache(progress=lambda *report: heard.append(report)))
-    assert heard == [(SPLITTING_LABEL, 0, None)]
+    assert heard == [(SPLITTING_LABEL, 1, None)]
     monkeypatch.setattr(convex_decomposition, "_split", lambda *_: pytest.fail("split again"))
-    assert parse(stage, HullCache()) == first
+    assert parse(stage, HullCache(progress=lambda *report: heard.append(report))) == first
+    assert len(heard) == 1, "nothing is said of what is not done"
 
 
 def test_parts_that_a_damaged_disk_gives_back_are_made_anew(tmp_path):

@@ -14,7 +14,7 @@ from hypothesis.extra import numpy as arrays
 import usdsdg as rep
 from tests.verify import datasets
 from usdsdg.record import frame_record, id_runs, npz, samples
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.writers.journal import recipe
 
 

@@ -13,7 +13,7 @@ import usdsdg as rep
 from tests.contracts import mirror
 from usdsdg.replicator_yaml import ParserError, parse
 from usdsdg.replicator_yaml import public_names as names
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 # Functions that take a function, which a file cannot give, context managers, and objects.
 NOT_FOR_FILES = {"register", "on_condition", "on_key_press", "mdl_from_json", "normalized_decal_position", "frame"} | {

@@ -19,7 +19,7 @@ from usdsdg.scenarios.object_based.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.object_based.objects import Bodies
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage.schemas import physx
 from usdsdg.writers import Writer
 

@@ -309,6 +309,7 @@ def test_a_path_that_lies_beside_the_configuration_is_named(written, monkeypatch
     with pytest.raises(ConfigError) as caught:
         load_job(path, overrides)
     assert f"beside the configuration lies one: give {os.path.join('..', there)}" in str(caught.value)
+    assert ".;" not in str(caught.value)
     monkeypatch.chdir(path.parent)
     with pytest.raises(ConfigError) as caught:
         load_job(path, overrides)

@@ -12,7 +12,7 @@ from usdsdg.session.session import current
 from usdsdg.stage import assets
 from usdsdg.stage.assets import anchors
 from usdsdg.writers.journal import journal
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.earlier_run import Mode
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.errors import ConfigError
-from usdsdg.session.settings_store import Settings, get_settings
+from usdsdg.session.settings.store import Settings, get_settings
 
 pytestmark = pytest.mark.usefixtures("stage")
 

@@ -17,7 +17,7 @@ from usdsdg.capture import subsets
 from usdsdg.cli.app import app
 from usdsdg.datasets.folder import Folder
 from usdsdg.session import session
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.labels import add_labels

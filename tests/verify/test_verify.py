@@ -18,6 +18,7 @@ from tests.verify import datasets
 from tests.verify.all_label_faults import KINDS
 from usdsdg.cli.app import app
 from usdsdg.errors import DatasetError
+from usdsdg.session.session import current
 from usdsdg.verify import verify, verify_all
 
 
@@ -79,10 +80,20 @@ def test_damaged_and_missing_files_are_faults(clean, tmp_path):
 
 
 def test_a_folder_without_a_dataset_is_an_error(tmp_path):
-    with pytest.raises(DatasetError, match="is no folder"):
+    with pytest.raises(DatasetError, match="none does not exist; give the folder"):
         verify(tmp_path / "none")
     with pytest.raises(DatasetError, match="nothing in"):
         verify(tmp_path)
+
+
+def test_the_folder_in_which_scripts_write_is_named_for_one_that_is_not_here(tmp_path, monkeypatch):
+    monkeypatch.setattr(current(), "disk_root", tmp_path / "root")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "root" / "_boxes").mkdir(parents=True)
+    with pytest.raises(DatasetError, match=re.escape(f"_boxes does not exist; did you mean {tmp_path}/root/_boxes?")):
+        verify("_boxes")
+    with pytest.raises(DatasetError, match="_balls does not exist; give the folder"):
+        verify("_balls")
 
 
 def test_the_command_ends_with_1_where_there_are_faults(clean, tmp_path):

@@ -8,7 +8,7 @@ from tests.worlds import scenes
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import ArgumentError, OutOfDeviceMemory, Unsupported
 from usdsdg.session import session
-from usdsdg.session.device_memory import device_memory
+from usdsdg.session.devices.memory import device_memory
 from usdsdg.session.timeline import get_timeline
 
 uniform = rep.distribution.uniform

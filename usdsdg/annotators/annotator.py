@@ -19,8 +19,8 @@ from usdsdg.annotators.packed_colors import packed
 from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
-from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
+from usdsdg.session.settings.replicator_version import OLD, replicator_version
 from usdsdg.session.turns import in_turn
 
 

@@ -14,7 +14,7 @@ from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.pixels.launch import Pixels, is_image, on_host, viewed
 from usdsdg.errors import ArgumentError
-from usdsdg.session.devices import renderer_device
+from usdsdg.session.devices.choice import renderer_device
 from usdsdg.snapshots import snapshot
 
 _DEVICE = re.compile(r"cpu|cuda(:\d+)?")

@@ -17,7 +17,7 @@ from usdsdg.graph.evaluate import graph, puts_bodies_back
 from usdsdg.listeners import Listeners
 from usdsdg.session import engines
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.session.turns import in_turn
 

@@ -30,13 +30,17 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.listeners import Listeners
 from usdsdg.session import stage_context
-from usdsdg.session.device_memory import device_memory
+from usdsdg.session.devices.memory import device_memory
 from usdsdg.session.endings.interrupted_frame import InterruptedFrame
 from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.interpreter_lock import switching_soon
 from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
+<<<<<<< HEAD
 from usdsdg.session.settings_store import captures_on_play
+=======
+from usdsdg.session.settings.store import captures_motion_blur, captures_on_play, get_settings
+>>>>>>> house45
 from usdsdg.session.timeline import get_timeline
 from usdsdg.session.turns import in_turn, turns
 from usdsdg.stage import assets

@@ -11,7 +11,7 @@ from usdsdg.graph.evaluate import Trigger, graph, run
 from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import captures_motion_blur
+from usdsdg.session.settings.store import captures_motion_blur
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.world_values import WorldValues
 

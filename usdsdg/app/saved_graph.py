@@ -16,7 +16,7 @@ from usdsdg.graph.live_prims import from_text
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.session.settings_store import get_settings, lets_files_run_code
+from usdsdg.session.settings.store import get_settings, lets_files_run_code
 from usdsdg.stage.scopes import PIPELINE
 from usdsdg.writers.base import ON_FRAME, Writer, attached_writers, trigger_of
 

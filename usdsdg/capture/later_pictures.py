@@ -19,7 +19,7 @@ from usdsdg.parallel import Later, available_threads
 from usdsdg.readback import Arrival, Landing, device_of
 from usdsdg.session import engines
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.writers.backends.backend import BaseBackend

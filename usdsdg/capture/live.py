@@ -16,7 +16,7 @@ from usdsdg.annotators.annotator import Annotator
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from usdsdg.errors import warn_once
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.progress import say_once
-from usdsdg.session.settings_store import captures_motion_blur, get_settings
+from usdsdg.session.settings.store import captures_motion_blur, get_settings
 from usdsdg_render.settings import PathSettings, ToneSettings
 
 # Samples per pixel of the fast mode before it adds one per sub-frame; the denoiser needs a few.

@@ -4,7 +4,7 @@ from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import Unsupported
 from usdsdg.session import engines
-from usdsdg.session.settings_store import captures_on_play
+from usdsdg.session.settings.store import captures_on_play
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline, stage_time
 

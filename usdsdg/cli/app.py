@@ -29,6 +29,7 @@ from usdsdg.cli.commands.simulate import simulate
 from usdsdg.cli.commands.verify import verify
 from usdsdg.cli.commands.view import view
 from usdsdg.cli.commands.warmup import warmup
+from usdsdg.cli.options.file_kinds import command_of
 from usdsdg.cli.options.optional_values import completed
 from usdsdg.cli.output import printing
 
@@ -44,7 +45,7 @@ def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> 
         context.exit()
 
 
-@click.group("usdsdg", cls=Group, context_settings={"max_content_width": WIDEST})
+@click.group("usdsdg", cls=Group, meant=command_of, context_settings={"max_content_width": WIDEST})
 @click.option(
     "--version",
     is_flag=True,

@@ -58,15 +58,17 @@ class Context(click.Context):
     formatter_class = Formatter
 
 
-class Command(click.Command):
-    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines.
+class _Guessing:
+    """What says what was meant by a word that it does not have."""
 
-    meant: returns what was meant by an option or argument that the command does not have, or "".
-    """
-
-    def __init__(self, *args: Any, meant: Callable[[str], str] | None = None, **attributes: Any) -> None:
+    def __init__(self, *args: Any, meant: Callable[[str], str] = lambda _word: "", **attributes: Any) -> None:
+        """meant: returns what was meant by an option or argument, or by the name of a command; or ""."""
         super().__init__(*args, **attributes)
-        self.meant = meant or (lambda _name: "")
+        self.meant = meant
+
+
+class Command(_Guessing, click.Command):
+    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
@@ -107,7 +109,7 @@ class Command(click.Command):
         return summary(self)
 
 
-class Group(click.Group):
+class Group(_Guessing, click.Group):
     """A group of commands that shows its help where none is named, and near misses of a name that it does not have."""
 
     command_class, context_class = Command, Context
@@ -124,8 +126,8 @@ class Group(click.Group):
         if self.get_command(ctx, name) is None and not name.startswith("-") and not ctx.resilient_parsing:
             options = [f"--{name}"] if name in ("help", "version") else []
             near = options or difflib.get_close_matches(name, self.list_commands(ctx))
-            hint = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
-            ctx.fail(f"No such command {name!r}.{hint}")
+            hint = self.meant(name) or (f"Did you mean {' or '.join(map(repr, near))}?" if near else "")
+            ctx.fail(f"No such command {name!r}. {hint}".rstrip())
         return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -106,7 +106,7 @@ def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, po
     from usdsdg.cli.script.kept_datasets import read_only
     from usdsdg.session.session import current
     from usdsdg.writers.aggregates import finish_run
-    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.earlier_run import Mode
     from usdsdg.writers.journal.recipe import GENERATE
 
     with _dropped_on_failure():

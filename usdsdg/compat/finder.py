@@ -23,7 +23,7 @@ from usdsdg.compat.aliases import ALIASES
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
-from usdsdg.session.replicator_version import note_old_import
+from usdsdg.session.settings.replicator_version import note_old_import
 
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Common words: a module of this name beside the script, or an installed one, comes first.

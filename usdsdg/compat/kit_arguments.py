@@ -6,7 +6,7 @@ import ast
 from collections.abc import Sequence
 
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 SettingValue = bool | int | float | str | list["SettingValue"]
 

@@ -19,8 +19,11 @@ from usdsdg.datasets.listing import files_below
 from usdsdg.errors import DatasetError
 from usdsdg.record import CLASSES, FRAMES, frame_record
 from usdsdg.record.frame_record import FrameRecord
+from usdsdg.writers.backends.disk import disk_root
 
 T = TypeVar("T")
+
+_THE_FOLDER = "give the folder that a writer wrote to (its output_dir)"
 
 # What JSON has, in the order in which `isinstance` tells them apart.
 _JSON = ((dict, "an object"), (list, "an array"), (str, "a text"), (bool, "true or false"), ((int, float), "a number"))
@@ -193,8 +196,16 @@ def check_folder(path: Path) -> None:
     try:
         with os.scandir(path):
             return
-    except (FileNotFoundError, NotADirectoryError):
-        what = f"{path} is no folder; give the one that a writer wrote to (its output_dir)"
+    except FileNotFoundError:
+        what = f"{path} does not exist; {_where_instead(path)}"
+    except NotADirectoryError:
+        what = f"{path} is a file; {_THE_FOLDER}"
     except OSError as error:
         what = f"{path} cannot be read: {error.strerror}"
     raise DatasetError(what)
+
+
+def _where_instead(path: Path) -> str:
+    """Return what to give in place of a folder that is not there: scripts write relative ones to a folder of theirs."""
+    written = disk_root() / path
+    return f"did you mean {written}?" if not path.is_absolute() and written.is_dir() else _THE_FOLDER

@@ -10,7 +10,7 @@ from usdsdg.arguments.prims import is_prim, one_prim, prims_of
 from usdsdg.arguments.values import up_axis_vector
 from usdsdg.errors import ArgumentError, Unsupported, counted
 from usdsdg.functional.arguments import per_prim, rotations, vectors
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import picture_time
 from usdsdg.stage.geometry.instancers import (
     author_orientations,

@@ -27,9 +27,6 @@ def read_dataset(path: Path) -> Dataset:
     Raises:
         DatasetError: the folder is missing, or nothing in it is recognized; lists what was looked for.
     """
-    if not path.is_dir():
-        what = "is a file" if path.exists() else "does not exist"
-        raise DatasetError(f"{path} {what}; give the folder that a writer wrote to (its output_dir)")
     check_folder(path)
     dataset, found = Dataset(path), parts(path)
     folders = {part: Folder(path / part, files=files, recorded=False) for part, files in found}

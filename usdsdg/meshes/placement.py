@@ -11,11 +11,15 @@ from usdsdg.meshes.model import MeshFile
 
 # Sizes of single objects beyond these are named [m].
 SMALLEST, LARGEST, TYPICAL = 0.002, 50.0, 0.3
+# Sizes that objects on a table or in a bin have [m]; meshes of other sizes are in another unit.
+PLAUSIBLE = (0.002, 3.0)
 # Distance from its origin at which an object turns about a point far outside, in its own size.
 FAR = 2.0
 MANY_TRIANGLES = 1_000_000
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "foot": 0.3048}
+# The likeliest first: that of CAD comes before others.
+_LIKELY = ("m", "mm", "cm", "inch", "foot")
 
 
 def meters_of(unit: str) -> float:
@@ -84,12 +88,23 @@ def oddities(mesh: MeshFile, name: str, *, origin: Origin, names_size: bool = Tr
     return [each for each in found if each]
 
 
+def likely_unit(extent: float) -> str:
+    """Return the likeliest unit of an object's largest extent: the first that makes it plausible, else the nearest."""
+    fitting = (unit for unit in _LIKELY if is_plausible(extent * UNITS[unit]))
+    return next(fitting, min(_LIKELY, key=lambda unit: abs(np.log(extent * UNITS[unit] / TYPICAL))))
+
+
+def is_plausible(meters: float) -> bool:
+    """Return whether an object on a table or in a bin may have this size."""
+    return PLAUSIBLE[0] <= meters <= PLAUSIBLE[1]
+
+
 def size_problem(extent: float, meters_per_unit: float, name: str) -> str:
     """Return what is odd about the largest extent of an object, in the units of its file, with the remedy; or ""."""
     largest = extent * meters_per_unit
     if SMALLEST <= largest <= LARGEST:
         return ""
-    likely = min(UNITS, key=lambda unit: abs(np.log(extent * UNITS[unit] / TYPICAL)))
+    likely = likely_unit(extent)
     if SMALLEST <= extent * UNITS[likely] <= LARGEST:
         remedy = f"if it is in {likely}, convert it with --unit {likely}"
     else:

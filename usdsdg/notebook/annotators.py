@@ -15,6 +15,7 @@ from usdsdg.pictures import overlays
 from usdsdg.pictures.arrays import looks_like_image, picture_of
 from usdsdg.pictures.picture import Picture
 from usdsdg.session.render_products import product_at
+from usdsdg.writers.formats.class_names import shown_labels
 
 _GRAY = 96
 _RGB = ("rgb", "LdrColor")
@@ -88,7 +89,7 @@ def _tables(held: Annotation) -> str:
         )
     labels = held.info.get("idToLabels") if array is None or not array.dtype.names else None
     if isinstance(labels, Mapping):
-        parts.append(html.table(("id", "labels"), [(key, overlays.text_of(value)) for key, value in labels.items()]))
+        parts.append(html.table(("id", "labels"), [(key, shown_labels(value)) for key, value in labels.items()]))
     if array is None:
         parts.append(html.table(("name", "value"), [(key, _short(value)) for key, value in held.info.items()]))
     return "".join(parts)

@@ -10,6 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
+from usdsdg.writers.formats.class_names import shown_labels
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import edge_pixels
 from usdsdg.writers.formats.shapes.drawing import Canvas
@@ -83,13 +84,8 @@ OVERLAYS: dict[str, Draw] = {
 
 def names(annotation: Annotation) -> list[str]:
     """Return the labels of each row of boxes, as "cup" or "cup, fragile"."""
-    labels = {int(key): text_of(value) for key, value in annotation.info.get("idToLabels", {}).items()}
+    labels = {int(key): shown_labels(value) for key, value in annotation.info.get("idToLabels", {}).items()}
     return [labels.get(int(row["semanticId"]), "") for row in _array(annotation)]
-
-
-def text_of(labels: Any) -> str:
-    """Return labels of an annotator's table, {type: "label"} or a text, as one text."""
-    return ", ".join(map(str, labels.values())) if isinstance(labels, Mapping) else str(labels)
 
 
 def _array(annotation: Annotation) -> np.ndarray:

@@ -22,7 +22,7 @@ from usdsdg.replicator_yaml.public_names import (
     public_method,
     public_methods,
 )
-from usdsdg.session.settings_store import lets_files_run_code
+from usdsdg.session.settings.store import lets_files_run_code
 
 Scope = MutableMapping[str, Any]
 

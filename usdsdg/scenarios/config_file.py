@@ -86,7 +86,9 @@ def _message(file: Path, source: _Source) -> str:
     lines = [f"{file} has {count} problem{'s' if count > 1 else ''}:"]
     for problem in source.problems[:MAX_PROBLEMS]:
         origin = problem.origin or source.origin(problem.key_path)
-        lines.append(f"  {origin}{': ' if origin else ''}{problem.text}{_beside(file, source, problem.key_path)}")
+        beside = _beside(file, source, problem.key_path)
+        text = f"{problem.text.removesuffix('.')}{beside}" if beside else problem.text
+        lines.append(f"  {origin}{': ' if origin else ''}{text}")
     if count > MAX_PROBLEMS:
         lines.append(f"  and {count - MAX_PROBLEMS} more")
     return "\n".join(lines)

@@ -16,7 +16,7 @@ from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import stage_context
 from usdsdg.session.confinement import confined
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.addresses import is_url
 from usdsdg.writers import WriterRegistry
 from usdsdg.writers.backends.disk import disk_root

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.listeners import Listeners
-from usdsdg.session.devices import physics_device
+from usdsdg.session.devices.choice import physics_device
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage

@@ -26,7 +26,7 @@ from usdsdg.stage.assets import anchors, objects
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
     from usdsdg.readback import Arrival
-    from usdsdg.session.settings_store import Settings
+    from usdsdg.session.settings.store import Settings
     from usdsdg.session.timeline import Timeline
 
 
@@ -161,7 +161,7 @@ class Session:
 
     @cached_property
     def settings(self) -> Settings:
-        settings = _imported("usdsdg.session.settings_store:Settings")()
+        settings = _imported("usdsdg.session.settings.store:Settings")()
         settings.on_change("/omni/replicator/globalSeed", self._on_global_seed)
         settings.on_change("/omni/replicator/backends/disk/root_dir", self._on_disk_root)
         settings.on_change("/usdsdg/progress", _imported("usdsdg.session.progress:use_of_library"))

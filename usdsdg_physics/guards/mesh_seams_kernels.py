@@ -75,6 +75,8 @@ def side_of_mesh(contact: int, is_mesh: wp.array[wp.int32], is_other: wp.array[w
     return side
 
 
+# So far, in units of the mesh, any point has a nearest one.
+FAR = wp.constant(1.0e6)
 # How far [m] faces may stand out beside a seam, more where numbers are coarser; and where beside it they are looked at.
 LIP = wp.constant(1.0e-4)
 LIP_BY_SIZE = wp.constant(1.0e-6)
@@ -136,16 +138,21 @@ def turn_hulls_to_faces(
     at = wp.transform_point(to_mesh, point) / size
     center = wp.transform_point(to_mesh, center) / size
     below = wp.transform_point(to_mesh, on_other) / size
-    face, up = at, wp.vec3(0.0, 0.0, 0.0)
+    # Where edges are parallel to faces the narrow phase finds points above the mesh.
+    nearest = wp.mesh_query_point_no_sign(mesh[triangles], at, FAR)
+    if not nearest.result:
+        return
+    face = wp.mesh_eval_position(mesh[triangles], nearest.face, nearest.u, nearest.v)
+    face_normal = wp.mesh_eval_face_normal(mesh[triangles], nearest.face)
+    up = wp.vec3(0.0, 0.0, 0.0)
     if is_of_revolution[other] != 0:
         axis = wp.transform_vector(shape_to_world(other, transform, shape_body, body_q), wp.vec3(0.0, 0.0, 1.0))
         nearer = (NEARER + LIP_BY_SIZE * wp.length(point)) / size
-        face, up = lower_side(
-            mesh[triangles], at, normal, below, center, wp.transform_vector(to_mesh, axis), lip, nearer
-        )
+        axis = wp.transform_vector(to_mesh, axis)
+        up = lower_side(mesh[triangles], face, face_normal, normal, below, center, axis, lip, nearer)
     rolls = wp.length_sq(up) > 0.0
     if not rolls:
-        face, up = level_face(mesh[triangles], at, normal, center, lip, beside)
+        up = level_face(mesh[triangles], face, face_normal, normal, center, lip, beside)
     if wp.length_sq(up) == 0.0:
         return
     # Beyond the edge of the mesh nothing holds the other shape.
@@ -161,42 +168,53 @@ def turn_hulls_to_faces(
 
 
 @wp.func
-def level_face(mesh: wp.uint64, point: wp.vec3, normal: wp.vec3, center: wp.vec3, lip: float, beside: float):
-    """Return the point of a mesh that is nearest to one, and the normal of the face that a `normal` leads along there.
+def on_side_of(direction: wp.vec3, normal: wp.vec3):
+    """Return a normal, turned round if it does not lead to the side of a direction."""
+    if wp.dot(normal, direction) < 0.0:
+        return -normal
+    return normal
+
+
+@wp.func
+def level_face(
+    mesh: wp.uint64,
+    at: wp.vec3,
+    face_normal: wp.vec3,
+    normal: wp.vec3,
+    center: wp.vec3,
+    lip: float,
+    beside: float,
+):
+    """Return the normal of the face of a mesh along which the `normal` of a contact at one of its points leads.
 
     The face begins `beside` the point, is level with it within `lip`, has nothing standing on it there, and its normal
-    is on the side of `center`. The normal is zero where there is no such face.
+    is on the side of `center`. Zero where there is no such face, or where `face_normal`, that of the face at the point,
+    needs no turning.
     """
     none = wp.vec3(0.0, 0.0, 0.0)
-    # Where edges are parallel to faces the narrow phase finds points above the mesh.
-    nearest = wp.mesh_query_point_no_sign(mesh, point, 1.0e6)
-    if not nearest.result:
-        return point, none
-    if wp.abs(wp.dot(normal, wp.mesh_eval_face_normal(mesh, nearest.face))) > ALONG:
-        return point, none
-    at = wp.mesh_eval_position(mesh, nearest.face, nearest.u, nearest.v)
+    if wp.abs(wp.dot(normal, face_normal)) > ALONG:
+        return none
     found = wp.mesh_query_point_no_sign(mesh, at + beside * normal, 2.0 * beside)
     if not found.result:
-        return at, none
+        return none
     next_to = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
-    up = wp.mesh_eval_face_normal(mesh, found.face)
-    if wp.dot(up, center - at) < 0.0:
-        up = -up
+    up = on_side_of(center - at, wp.mesh_eval_face_normal(mesh, found.face))
     along = wp.dot(normal, up)
     if along < -0.01 or along > ALONG or wp.abs(wp.dot(next_to - at, up)) > lip:
-        return at, none
+        return none
     aside = wp.normalize(normal - along * up)
     if wp.dot(next_to - at, aside) < 0.3 * beside:
-        return at, none
+        return none
     if wp.mesh_query_ray(mesh, at + lip * up + beside * aside, -aside, 2.0 * beside).result:
-        return at, none
-    return at, up
+        return none
+    return up
 
 
 @wp.func
 def lower_side(
     mesh: wp.uint64,
-    point: wp.vec3,
+    at: wp.vec3,
+    face_normal: wp.vec3,
     normal: wp.vec3,
     on_side: wp.vec3,
     center: wp.vec3,
@@ -204,33 +222,26 @@ def lower_side(
     lip: float,
     nearer: float,
 ):
-    """Return the point of a mesh that is nearest to one, and the normal of the face there if a round side rolls on it.
+    """Return the normal of the face at a point of a mesh if a round side rolls on it there; zero if not.
 
     That is where the lowest part of the side, at the same place along its `axis` as the point `on_side` of a contact,
     is nearer to the face than that: the part ahead comes down as it moves on, and meets the face when it is the lowest.
-    Otherwise the normal is zero.
     """
     none = wp.vec3(0.0, 0.0, 0.0)
-    nearest = wp.mesh_query_point_no_sign(mesh, point, 1.0e6)
-    if not nearest.result:
-        return point, none
-    at = wp.mesh_eval_position(mesh, nearest.face, nearest.u, nearest.v)
-    up = wp.mesh_eval_face_normal(mesh, nearest.face)
-    if wp.dot(up, center - at) < 0.0:
-        up = -up
+    up = on_side_of(center - at, face_normal)
     along = wp.dot(normal, up)
     if along <= 0.0 or along > ROUND_ALONG or wp.abs(wp.dot(axis, up)) > LYING:
-        return at, none
+        return none
     arm = on_side - center
     out = arm - wp.dot(arm, axis) * axis
     lowest = on_side - out - wp.length(out) * wp.normalize(up - wp.dot(up, axis) * axis)
     gap = wp.dot(on_side - at, up)
     found = wp.mesh_query_point_no_sign(mesh, lowest, wp.length(on_side - at) + wp.length(out))
     if not found.result:
-        return at, none
+        return none
     foot = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
     lowest_gap = wp.dot(lowest - foot, up)
     is_below = wp.length(lowest - foot - lowest_gap * up) <= lip and wp.abs(wp.dot(foot - at, up)) <= lip
     if not is_below or lowest_gap > gap - nearer:
-        return at, none
-    return at, up
+        return none
+    return up

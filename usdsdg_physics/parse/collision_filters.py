@@ -13,7 +13,6 @@ from usdsdg_physics.scene.records import Collider
 
 
 def read_filtered_pairs(
-    stage: Usd.Stage,
     colliders: Mapping[str, Collider],
     filtered: list[Usd.Prim],
     groups: list[Usd.Prim],

@@ -98,7 +98,6 @@ def _parse(
         bounce_threshold=_bounce_threshold(scene_prim, units),
         default_material=default,
         filtered=read_filtered_pairs(
-            stage,
             colliders,
             found.filtered,
             found.groups,

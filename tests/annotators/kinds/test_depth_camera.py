@@ -12,7 +12,7 @@ from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, SETTINGS, rea
 from usdsdg.errors import AnnotatorError, Unsupported, UsdsdgWarning, forget_warnings
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import DEFAULTS, get_settings
+from usdsdg.session.settings.store import DEFAULTS, get_settings
 from usdsdg.warp_start import quiet_warp
 
 quiet_warp()

@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.session import settings_store as settings
+from usdsdg.session.settings import store as settings
 from usdsdg.session.stage_context import current_stage, new_stage
 
 SIZE = (40, 30)

@@ -7,7 +7,7 @@ from tests.annotators.scenes import mask_of, street
 from usdsdg import annotators
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 ROOT = "/rtx/pathtracing/multimatte"
 

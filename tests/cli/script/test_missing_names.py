@@ -87,6 +87,6 @@ def test_the_script_does_not_start_unless_lenient(tmp_path):
     ],
 )
 def test_looking_names_up_does_not_choose_the_payloads(tmp_path, text, version):
-    tell = "from usdsdg.session.replicator_version import replicator_version\nprint(replicator_version())"
+    tell = "from usdsdg.session.settings.replicator_version import replicator_version\nprint(replicator_version())"
     (tmp_path / "script.py").write_text(f"import omni.replicator.core as rep\n{text}\n{tell}\n")
     assert usdsdg("run", "script.py", cwd=tmp_path).stdout.split() == [str(version)]

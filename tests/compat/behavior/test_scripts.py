@@ -8,7 +8,7 @@ from usdsdg.compat.isaacsim.replicator.behavior.utils.behavior_utils import add_
 from usdsdg.compat.omni.behavior.scripting.core import get_script_manager
 from usdsdg.compat.omni.behavior.scripting.script_manager import CONSENT, SCRIPTS
 from usdsdg.errors import AssetNotFound, UsdsdgWarning
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import new_stage, open_stage
 from usdsdg.session.timeline import get_timeline
 

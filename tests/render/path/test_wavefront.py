@@ -18,7 +18,7 @@ VIEW = scenes.view_from((0, -4, 2), size=(12, 9), f_stop=1.0, focus_distance=4.0
 def everything():
     """A floor, a mirror, a plastic ball, glass, a lamp and a sky."""
     materials = [
-        scenes.material(base_color=0.5, roughness=0.4),
+        scenes.material(base_color=0.5, roughness=0.4, emission=0.1),
         scenes.material(metallic=1.0, roughness=0.05),
         scenes.material(base_color=(0.8, 0.2, 0.1), clearcoat=0.5, opacity=0.6),
         scenes.material(transmission=1.0, roughness=0.0),
@@ -44,7 +44,7 @@ def test_wavefronts_of_any_size_give_the_same_image(max_paths, wanted):
     WavefrontTracer(DEVICE, max_paths).add_samples(
         tables, path_options(settings, other), views_record([VIEW], DEVICE), [other.arrays], 7
     )
-    extra = ("albedo", "normal_depth", "square", "light_aovs") if wanted else ()
+    extra = ("background", "albedo", "normal_depth", "square", "light_aovs") if wanted else ()
     for name in ("color", "dropped", *extra):
         np.testing.assert_array_equal(
             getattr(other.arrays, name).numpy(), getattr(film.arrays, name).numpy(), err_msg=name

@@ -20,7 +20,7 @@ from usdsdg.compat.omni.syntheticdata import SyntheticData
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
 from usdsdg.session import engines
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.writers import BackendDispatch, Writer, WriterRegistry
 from usdsdg.writers.files import write_image

@@ -18,7 +18,8 @@ from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import check_writable
 from usdsdg.writers.journal import merge
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.place_locks import shared_lock

@@ -11,7 +11,8 @@ from tests.cli.datasets import content
 from tests.writers.journal.test_folders import recipe, run, write_frame
 from usdsdg.errors import DatasetInTheWay, OutputNotWritable
 from usdsdg.writers.journal import earlier_files, journal
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place import REMOVING, FolderPlace
 from usdsdg.writers.journal.portion import Portion
 

@@ -6,7 +6,8 @@ from tests.writers.journal.test_folders import recipe
 from usdsdg.errors import OutputNotWritable
 from usdsdg.session import session
 from usdsdg.writers.journal import journal
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.run import get_run
 
 

@@ -12,7 +12,8 @@ from usdsdg.errors import DatasetError, WriterError
 from usdsdg.session import session
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.journal import journal
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.parts import join_parts

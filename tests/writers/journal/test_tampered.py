@@ -18,7 +18,8 @@ from usdsdg.workers.plan import plan
 from usdsdg.writers import parts
 from usdsdg.writers.journal import merge
 from usdsdg.writers.journal import recipe as recipe_file
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.earlier_run import Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe

@@ -11,7 +11,7 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.pixels.look_up_table import LookUpTable
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.errors import warn_once
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 
 # Number of matte images, and channels of each.

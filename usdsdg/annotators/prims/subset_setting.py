@@ -1,6 +1,6 @@
 """The setting that makes GeomSubsets gprims of their own in labels."""
 
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 SETTING = "/syntheticdata/sensors/perSubsetSegmentation"
 

@@ -25,7 +25,7 @@ from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record
 from usdsdg.record.frame_record import FrameRecord, KeypointRecord, ProductRecord, SelectionRecord
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.assets import anchors
 from usdsdg.stage.cameras.tiled_view import TiledView

@@ -17,7 +17,7 @@ from usdsdg.annotators.prims.subset_setting import SETTING as SUBSETS
 from usdsdg.capture.records.edits_text import Edit, edits_text
 from usdsdg.capture.render_settings import glass_labels
 from usdsdg.record import STAGES
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage import flatten
 from usdsdg.stage.assets import anchors
 from usdsdg.stage.change_tracker import ChangeTracker

@@ -63,7 +63,7 @@ def _binaries(cache: Path) -> set[Path]:
 def _rooms(device: str | None) -> dict[str, Callable[[], object]]:
     """Return what compiles the kernels of each room, on the devices where runs with these options have them."""
     import usdsdg_physics
-    from usdsdg.session.devices import physics_device
+    from usdsdg.session.devices.choice import physics_device
     from usdsdg.session.progress import report
     from usdsdg_render.device.precompile import precompile
     from usdsdg_render.renderer import chosen_device

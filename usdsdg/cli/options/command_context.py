@@ -24,7 +24,7 @@ from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
 from usdsdg.session import progress
-from usdsdg.session.device_memory import device_memory
+from usdsdg.session.devices.memory import device_memory
 from usdsdg.session.endings import failures, parent_process, termination
 from usdsdg.session.endings.failures import tell
 
@@ -256,7 +256,7 @@ def _exit_interrupted(interrupt: KeyboardInterrupt, keeps_files: bool) -> NoRetu
 def _how_to_go_on() -> str:
     """Return "; ..." with what goes on with the frames that a command was making; "" where nothing does."""
     from usdsdg.session.session import current
-    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.earlier_run import Mode
 
     run = current().run
     if not run.folders or run.scratch is not None or run.recipe is None or run.recipe.command not in _MAY_GO_ON:

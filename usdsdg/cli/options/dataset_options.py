@@ -74,7 +74,7 @@ def begin_run(
     from usdsdg.session.session import current
     from usdsdg.writers.formats.shards.reopened import restore_samples
     from usdsdg.writers.journal import recipe
-    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.earlier_run import Mode
     from usdsdg.writers.journal.growth import MoreFrames
     from usdsdg.writers.journal.portion import Portion
 

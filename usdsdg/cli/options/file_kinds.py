@@ -48,6 +48,15 @@ def check_script(file: Path) -> None:
         )
 
 
+def command_of(name: str) -> str:
+    """Return a sentence that names the command for a file or folder, as the name of which a word is taken; or ""."""
+    place = Path(name)
+    if place.is_dir():
+        return f"{name} is a folder; `usdsdg inspect {name}` shows the dataset in it"
+    kind = kind_of(place) if place.is_file() else None
+    return f"{name} is {kind.value.format(name, name)}" if kind is not None else ""
+
+
 def no_file(file: Path) -> str:
     """Return the message about a file that is missing, with similar names in its folder."""
     if file.is_dir():

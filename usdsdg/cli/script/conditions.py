@@ -82,7 +82,7 @@ class Conditions:
         from usdsdg import errors
         from usdsdg.session import stage_context
         from usdsdg.session.new_stages import NewStage
-        from usdsdg.session.settings_store import get_settings
+        from usdsdg.session.settings.store import get_settings
         from usdsdg.stage import assets
         from usdsdg.stage.poses.transforms import meters_per_unit
 

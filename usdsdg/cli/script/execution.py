@@ -98,7 +98,7 @@ def _program(script: Path, namespace: dict[str, Any]) -> CodeType:
 
     namespace: of the script; it gets the names that the editor of Isaac Sim has for it.
     """
-    from usdsdg.session.replicator_version import note_old_import
+    from usdsdg.session.settings.replicator_version import note_old_import
     from usdsdg.writers.journal.run import get_run
 
     # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.

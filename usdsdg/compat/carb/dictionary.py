@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from usdsdg.compat.wrappers.unsupported import RefusedNames, refused_function
-from usdsdg.session.setting_items import Item, ItemType, UpdateAction, is_accessible, type_of
+from usdsdg.session.settings.items import Item, ItemType, UpdateAction, is_accessible, type_of
 
 __all__ = [
     "IDictionary", "Item", "ItemType", "UpdateAction", "acquire_dictionary_interface", "get_dictionary",

@@ -1,7 +1,7 @@
 """`carb.settings`: the settings store."""
 
-from usdsdg.session.settings_store import ChangeEventType, get_settings
-from usdsdg.session.settings_store import Settings as ISettings
+from usdsdg.session.settings.store import ChangeEventType, get_settings
+from usdsdg.session.settings.store import Settings as ISettings
 
 acquire_settings_interface = get_settings_interface = get_settings
 SubscriptionId = int

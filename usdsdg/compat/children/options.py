@@ -12,10 +12,10 @@ from typing import Any
 from usdsdg import errors
 from usdsdg.session import devices, stage_context
 from usdsdg.session.new_stages import NewStage
-from usdsdg.session.replicator_version import KEY
 from usdsdg.session.script_processes import OPTIONS
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.replicator_version import KEY
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage import assets
 from usdsdg.stage.poses.transforms import meters_per_unit
 

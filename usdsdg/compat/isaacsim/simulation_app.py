@@ -13,7 +13,7 @@ from usdsdg.compat import kit_arguments
 from usdsdg.compat.isaacsim.app_framework import AppFramework as AppFramework
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 # The render modes in any case, and the short name of one.
 _RENDERERS = {

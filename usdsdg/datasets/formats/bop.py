@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets import cuboids
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.cuboids import PinholeCamera
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import classes_of, record_of
-from usdsdg.datasets.seen import Camera, Color, Depth, Seen
+from usdsdg.datasets.seen import Camera, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.datasets.truth import Truth
 from usdsdg.writers.formats.bop import bop_files as names
@@ -230,8 +231,7 @@ def _seen(
 def _read_images(
     folder: Folder, seen: Seen, depth: str | None, step: float, named: Sequence[Mapping[str, str | None]]
 ) -> None:
-    if (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
+    read_color(folder, seen, seen.picture)
     if depth is not None and (image := folder.image(depth, seen.name)) is not None:
         meters = np.where(image == 0, np.inf, image.astype(np.float64) * step)
         seen.depths.append(Depth(depth, "plane", meters, step, names.FARTHEST * step))

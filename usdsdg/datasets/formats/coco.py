@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import classes_of, truth_of
 from usdsdg.datasets.polygons import filled
-from usdsdg.datasets.seen import Color, Mask, Masks, Seen, Segments
+from usdsdg.datasets.seen import Mask, Masks, Seen, Segments
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.coco.coco_categories import OTHER, Categories
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, names_of
@@ -106,9 +107,7 @@ def _image(folder: Folder, tables: _Tables, image: Mapping[str, Any]) -> Seen:
 
 
 def _read_images(folder: Folder, seen: Seen, tables: _Tables, files: ImageFiles) -> None:
-    color = folder.image(files.picture, seen.name)
-    if color is not None:
-        seen.colors.append(Color(files.picture, color, exact=files.picture.lower().endswith(".png")))
+    read_color(folder, seen, files.picture)
     drawn = folder.image(files.classes, seen.name) if files.classes and folder.has(files.classes) else None
     if drawn is not None:
         seen.extra["panoptic"] = (files.classes, drawn)

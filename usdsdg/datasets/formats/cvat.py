@@ -9,11 +9,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
 from usdsdg.datasets.polygons import filled
-from usdsdg.datasets.seen import Color, Labeled, Seen
+from usdsdg.datasets.seen import Labeled, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.cvat.cvat_xml import INSTANCE
 from usdsdg.writers.formats.cvat.files import ANNOTATIONS, LABELS, NAME, PICTURES
@@ -90,7 +91,7 @@ def _seen(folder: Folder, image: ElementTree.Element, names: list[str]) -> Seen:
             seen.labeled.append(_labeled(each, _whole(each, seen.size)))
     for parts in polygons.values():
         seen.labeled.append(_labeled(parts[0], _joined(parts, seen.size)))
-    seen.later(lambda made: _read_image(folder, made))
+    seen.later(lambda made: read_color(folder, made, made.picture))
     return seen
 
 
@@ -142,11 +143,6 @@ def _joined(
         mask |= filled(each, (size[1], size[0]))
     low, high = (getattr(np.concatenate(corners), end)(axis=0) for end in ("min", "max"))
     return (float(low[0]), float(low[1]), float(high[0]), float(high[1])), mask
-
-
-def _read_image(folder: Folder, seen: Seen) -> None:
-    if (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
 
 
 def objects(seen: Seen) -> list[SeenObject]:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets import cuboids
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.cuboids import KEYPOINTS
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
-from usdsdg.datasets.seen import Color, Seen
+from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "DOPEWriter"
@@ -79,18 +80,13 @@ def _seen(folder: Folder, view: str, number: str, parts: dict[str, str]) -> Seen
     seen.picture, seen.labels = parts.get("picture", ""), parts.get("json", "")
     if seen.picture:
         seen.size = folder.image_size(seen.picture, seen.name)
-        seen.later(lambda made: _read_image(folder, made))
+        seen.later(lambda made: read_color(folder, made, made.picture))
     values = folder.mapping(seen.labels, seen.name) if seen.labels else None
     poses = None if values is None else folder.parsed(seen.labels, seen.name, lambda: _poses(seen.labels, values))
     if poses is not None:
         seen.extra["poses"] = poses
         seen.variant = "exact" if poses.exact else ""
     return seen
-
-
-def _read_image(folder: Folder, seen: Seen) -> None:
-    if (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image, exact=seen.picture.lower().endswith(".png")))
 
 
 def _poses(file: str, values: Mapping[str, Any]) -> Poses:

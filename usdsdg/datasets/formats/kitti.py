@@ -8,11 +8,12 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from usdsdg.datasets import cuboids
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.cuboids import PinholeCamera
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import record_of, truth_of
-from usdsdg.datasets.seen import Camera, Color, Depth, Seen
+from usdsdg.datasets.seen import Camera, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.kitti import files as names
 from usdsdg.writers.formats.kitti.files import NAME
@@ -98,8 +99,8 @@ def _read_images(folder: Folder, seen: Seen, parts: dict[str, str]) -> None:
     for kind, name in _IMAGES.items():
         if kind in parts and (image := folder.image(parts[kind], seen.name)) is not None:
             seen.extra[name] = (parts[kind], image)
-    if seen.picture and (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image))
+    if seen.picture:
+        read_color(folder, seen, seen.picture)
     depth = parts.get(names.DEPTH, "")
     if depth and (image := folder.image(depth, seen.name)) is not None:
         meters = np.where(image == 0, np.inf, image.astype(np.float64) / _STEPS)

@@ -10,10 +10,11 @@ from xml.etree import ElementTree
 import numpy as np
 from PIL import Image
 
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
-from usdsdg.datasets.seen import Color, Labeled, Seen
+from usdsdg.datasets.seen import Labeled, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.voc import files as names
 from usdsdg.writers.formats.voc.files import NAME
@@ -93,8 +94,8 @@ def _child(root: ElementTree.Element, name: str) -> ElementTree.Element:
 
 
 def _read_images(folder: Folder, seen: Seen) -> None:
-    if seen.picture and (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
+    if seen.picture:
+        read_color(folder, seen, seen.picture)
     for file in seen.files[1:3]:
         found = folder.binary(file, seen.name, lambda data: _indices(data))
         if found is not None:

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
-from usdsdg.datasets.seen import Color, Depth, Seen
+from usdsdg.datasets.seen import Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "YCBVideoWriter"
@@ -125,8 +126,8 @@ def _meta(file: str, data: bytes) -> Meta:
 
 
 def _read_images(folder: Folder, seen: Seen, parts: Mapping[str, str], factor: int) -> None:
-    if "color" in parts and (image := folder.image(parts["color"], seen.name)) is not None:
-        seen.colors.append(Color(parts["color"], image, exact=parts["color"].endswith(".png")))
+    if "color" in parts:
+        read_color(folder, seen, parts["color"])
     if "label" in parts and (image := folder.image(parts["label"], seen.name)) is not None:
         seen.extra["label"] = (parts["label"], image)
     if "depth" in parts and (image := folder.image(parts["depth"], seen.name)) is not None:

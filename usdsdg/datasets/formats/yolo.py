@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import yaml
 
+from usdsdg.datasets.color_images import read_color
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
-from usdsdg.datasets.seen import Color, Seen
+from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, LABELS, NAME
 
@@ -38,7 +39,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         seen.picture, seen.labels = parts.get(IMAGES, ""), parts.get(LABELS, "")
         if seen.picture:
             seen.size = folder.image_size(seen.picture, seen.name)
-            seen.later(lambda made: _read_image(folder, made))
+            seen.later(lambda made: read_color(folder, made, made.picture))
         if LABELS not in parts:
             seen.extra["unlabeled"] = mine[0]
         elif (text := folder.text(parts[LABELS], seen.name)) is not None:
@@ -92,11 +93,6 @@ def _keypoints(values: Mapping[Any, Any]) -> int:
     if not is_one or ("kpt_shape" in values and shape[1:] != [_VALUES]):
         raise ValueError(f"kpt_shape is {shape!r}, expected the number of keypoints, and {_VALUES} values of each")
     return shape[0]
-
-
-def _read_image(folder: Folder, seen: Seen) -> None:
-    if (image := folder.image(seen.picture, seen.name)) is not None:
-        seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
 
 
 def objects(seen: Seen) -> list[SeenObject]:

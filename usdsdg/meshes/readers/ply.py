@@ -3,44 +3,14 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from usdsdg.meshes.readers.ply_elements import CORNERS, Element, header, row_width, rows_of, with_rows
 from usdsdg.meshes.readers.polygons import concave_ones
 
-_KINDS = {
-    "char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H",
-    "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d",
-}  # fmt: skip
-_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _BINARY = "format binary_little_endian 1.0"
 _PICTURE = "texnumber"  # of a face, among the pictures of the file
-CORNERS = ("vertex_indices", "vertex_index")
-
-
-class Property(NamedTuple):
-    name: str
-    kind: str  # as `struct` calls it
-    count_kind: str = ""  # of a list
-
-
-@dataclass
-class Element:
-    name: str
-    count: int
-    properties: list[Property]
-
-    @property
-    def is_fixed(self) -> bool:
-        return not any(each.count_kind for each in self.properties)
-
-    @property
-    def row(self) -> str:
-        """The kinds of one row without lists."""
-        return "".join(each.kind for each in self.properties)
 
 
 def prepared(content: bytes) -> bytes:
@@ -115,20 +85,6 @@ def _end_of(lines: list[str], element: str) -> int:
     return next(others, len(lines))
 
 
-def header(lines: list[str]) -> tuple[str, list[Element]]:
-    order, elements = "", []
-    for words in map(str.split, lines):
-        if words[:1] == ["format"]:
-            order = _ORDERS[words[1]]
-        elif words[:1] == ["element"]:
-            elements.append(Element(words[1], int(words[2]), []))
-        elif words[:2] == ["property", "list"]:
-            elements[-1].properties.append(Property(words[4], _KINDS[words[3]], _KINDS[words[2]]))
-        elif words[:1] == ["property"]:
-            elements[-1].properties.append(Property(words[2], _KINDS[words[1]]))
-    return order, elements
-
-
 def _cut(lines: list[str], order: str, elements: list[Element], body: bytes) -> bytes | None:
     """Return the file with its polygons cut; None where nothing is to be cut."""
     names = [each.name for each in elements]
@@ -155,34 +111,6 @@ def _cut(lines: list[str], order: str, elements: list[Element], body: bytes) -> 
         triangles = concave[number] if number in concave else [(0, k, k + 1) for k in range(1, len(polygon) - 1)]
         cut += [_corner_values(row, len(polygon), list(map(int, triangle))) for triangle in triangles]
     return with_rows(lines, order, before, faces, cut, body, (start, end))
-
-
-def with_rows(
-    lines: list[str],
-    order: str,
-    before: list[Element],
-    faces: Element,
-    rows: list[dict[str, list[float]]],
-    body: bytes,
-    span: tuple[int, int],
-) -> bytes:
-    """Return a file with other faces.
-
-    lines: of its head. before: the elements before the faces, which are at `span` of the body.
-    """
-    counted = ["element", faces.name]
-    head = [f"element {faces.name} {len(rows)}" if line.split()[:2] == counted else line for line in lines]
-    written = "\n".join([*head, "end_header", ""]).encode()
-    if not order:
-        kept, first = body.decode("ascii").splitlines(), sum(each.count for each in before)
-        kept[first : first + faces.count] = [" ".join(_words(faces, row)) for row in rows]
-        return written + "\n".join([*kept, ""]).encode()
-    return written + body[: span[0]] + b"".join(_packed(faces, order, row) for row in rows) + body[span[1] :]
-
-
-def row_width(element: Element, order: str) -> int:
-    """Bytes of a row without lists; in a text its words."""
-    return struct.calcsize(order + element.row) if order else len(element.properties)
 
 
 def _are_triangles(faces: Element, order: str, body: bytes, start: int) -> bool:
@@ -219,31 +147,6 @@ def _points(before: list[Element], order: str, body: bytes, text: list[str]) -> 
     raise KeyError("vertex")
 
 
-def rows_of(
-    faces: Element, order: str, body: bytes, text: list[str], start: int
-) -> tuple[list[dict[str, list[float]]], int]:
-    """Return the values of each face by property, one or a list, and where they end."""
-    rows, at = [], start
-    for _ in range(faces.count):
-        row: dict[str, list[float]] = {}
-        for each in faces.properties:
-            count = 1
-            if each.count_kind and order:
-                [count] = struct.unpack_from(order + each.count_kind, body, at)
-                at += struct.calcsize(order + each.count_kind)
-            elif each.count_kind:
-                count, at = int(text[at]), at + 1
-            if order:
-                form = f"{order}{count}{each.kind}"
-                row[each.name] = list(struct.unpack_from(form, body, at))
-                at += struct.calcsize(form)
-            else:
-                row[each.name] = [float(word) for word in text[at : at + count]]
-                at += count
-        rows.append(row)
-    return rows, at
-
-
 def _corner_values(row: dict[str, list[float]], corners: int, triangle: list[int]) -> dict[str, list[float]]:
     """Return the values of a triangle: of lists with one or more for each corner those of its own corners."""
     found = {}
@@ -252,20 +155,3 @@ def _corner_values(row: dict[str, list[float]], corners: int, triangle: list[int
         chosen = [values[k * per_corner + i] for k in triangle for i in range(per_corner)]
         found[name] = chosen if per_corner and len(values) > 1 else values
     return found
-
-
-def _packed(faces: Element, order: str, row: dict[str, list[float]]) -> bytes:
-    parts = []
-    for each in faces.properties:
-        values = row[each.name] if each.kind in "fd" else list(map(int, row[each.name]))
-        head = struct.pack(order + each.count_kind, len(values)) if each.count_kind else b""
-        parts.append(head + struct.pack(f"{order}{len(values)}{each.kind}", *values))
-    return b"".join(parts)
-
-
-def _words(faces: Element, row: dict[str, list[float]]) -> Iterator[str]:
-    for each in faces.properties:
-        values = row[each.name]
-        if each.count_kind:
-            yield str(len(values))
-        yield from (repr(value) if each.kind in "fd" else str(int(value)) for value in values)

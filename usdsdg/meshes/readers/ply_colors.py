@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from usdsdg.meshes.readers import ply
-from usdsdg.meshes.readers.ply import Element, Property
+from usdsdg.meshes.readers.ply_elements import Element, Property, header, row_width, rows_of, with_rows
 
 _COLORS = ("red", "green", "blue", "alpha")
 _OLD = re.compile(rb"^(property +\w+ +)diffuse_(red|green|blue|alpha)\b", re.MULTILINE)
@@ -62,7 +61,7 @@ def _place(content: bytes, name: str) -> _Place | None:
     """Return an element; None where it is missing, has no long colors, or cannot be found."""
     head, mark, body = content.partition(b"end_header")
     lines = head.decode("ascii", "replace").splitlines()
-    order, elements = ply.header(lines)
+    order, elements = header(lines)
     number = next((k for k, each in enumerate(elements) if each.name == name), None)
     if not mark or number is None or not any(map(_is_long, elements[number].properties)):
         return None
@@ -79,19 +78,19 @@ def _is_long(given: Property) -> bool:
 def _with_bytes(place: _Place) -> bytes:
     """Return the file with the colors of an element in bytes."""
     lines, order, before, element, body = place
-    start = sum(each.count * ply.row_width(each, order) for each in before)
+    start = sum(each.count * row_width(each, order) for each in before)
     names = [each.name for each in element.properties if _is_long(each)]
     if order and element.is_fixed:  # of which there may be millions
         head = "\n".join([*_with_kinds(lines, element.name, names), "end_header", ""]).encode()
-        end = start + element.count * ply.row_width(element, order)
+        end = start + element.count * row_width(element, order)
         return head + body[:start] + _table_with_bytes(element, order, body, start, names) + body[end:]
-    rows, end = ply.rows_of(element, order, body, body.decode("ascii").split() if not order else [], start)
+    rows, end = rows_of(element, order, body, body.decode("ascii").split() if not order else [], start)
     colors = _as_bytes(np.array([[row[name][0] for name in names] for row in rows]), element, names)
     for row, values in zip(rows, colors.tolist()):
         row.update({name: [value] for name, value in zip(names, values)})
     properties = [each._replace(kind="B") if each.name in names else each for each in element.properties]
     changed = Element(element.name, element.count, properties)
-    return ply.with_rows(_with_kinds(lines, element.name, names), order, before, changed, rows, body, (start, end))
+    return with_rows(_with_kinds(lines, element.name, names), order, before, changed, rows, body, (start, end))
 
 
 def _table_with_bytes(element: Element, order: str, body: bytes, start: int, names: list[str]) -> bytes:

@@ -6,8 +6,7 @@ import struct
 
 import numpy as np
 
-from usdsdg.meshes.readers import ply
-from usdsdg.meshes.readers.ply import Element
+from usdsdg.meshes.readers.ply_elements import CORNERS, Element, header, row_width, rows_of, with_rows
 
 _STRIPS = "tristrips"
 
@@ -20,16 +19,16 @@ def prepared(content: bytes) -> bytes:
     lines = head.decode("ascii", "replace").splitlines()
     body = body.partition(b"\n")[2]
     try:
-        order, elements = ply.header(lines)
+        order, elements = header(lines)
         names = [each.name for each in elements]
         strips = elements[names.index(_STRIPS)]
         before = elements[: names.index(_STRIPS)]
-        corners = next(each.name for each in strips.properties if each.name in ply.CORNERS and each.count_kind)
+        corners = next(each.name for each in strips.properties if each.name in CORNERS and each.count_kind)
         if "face" in names or not all(each.is_fixed for each in before):
             return content
-        start = sum(each.count * ply.row_width(each, order) for each in before)
+        start = sum(each.count * row_width(each, order) for each in before)
         text = body.decode("ascii").split() if not order else []
-        rows, end = ply.rows_of(strips, order, body, text, start)
+        rows, end = rows_of(strips, order, body, text, start)
         found = [
             {**row, corners: triangle} for row in rows for triangle in _triangles(np.array(row[corners], np.int64))
         ]
@@ -37,7 +36,7 @@ def prepared(content: bytes) -> bytes:
         return content  # trimesh says what is wrong
     named = ["element face 0" if line.split()[:2] == ["element", _STRIPS] else line for line in lines]
     faces = Element("face", strips.count, strips.properties)
-    return ply.with_rows(named, order, before, faces, found, body, (start, end))
+    return with_rows(named, order, before, faces, found, body, (start, end))
 
 
 def _triangles(strip: np.ndarray) -> list[list[float]]:

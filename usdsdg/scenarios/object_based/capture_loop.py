@@ -18,7 +18,7 @@ from usdsdg.scenarios.object_based.cameras import Cameras
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.object_based.objects import Bodies
 from usdsdg.session import engines
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
 from usdsdg.writers.journal.run import get_run

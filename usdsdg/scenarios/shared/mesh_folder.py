@@ -17,18 +17,15 @@ from usdsdg.arguments.asset_folders import USD_SUFFIXES, usd_files
 from usdsdg.errors import AssetNotFound, ConfigError
 from usdsdg.meshes.cache import converted
 from usdsdg.meshes.conversion import Options
-from usdsdg.meshes.placement import TYPICAL, UNITS
+from usdsdg.meshes.placement import UNITS, is_plausible, likely_unit
 from usdsdg.stage import assets
 from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.poses.transforms import local_to_world, meters_per_unit
 
 AUTO = "auto"
-# Sizes that objects on a table or in a bin have [m]; meshes of other sizes are in another unit.
-PLAUSIBLE = (0.002, 3.0)
-# What the units of a file without one are, the likeliest first: what the file says, then that of CAD.
-_LIKELY = (1.0, UNITS["mm"], UNITS["cm"], UNITS["inch"], UNITS["foot"])
-_COMMON = _LIKELY[:2]  # those that a whole folder has
+# With what the meters of all files of a folder may be multiplied: they are right, or those of all are millimeters.
+_COMMON = (1.0, UNITS["mm"])
 _NUMBER = re.compile(r"^\d+[_-]+(?=.*[A-Za-z])")
 
 
@@ -133,18 +130,8 @@ def _factors(sizes: Sequence[tuple[float, float]], unit: str) -> list[float]:
         return [UNITS[unit] / own for own, _ in sizes]
     meters = [own * size for own, size in sizes]
     # One unit for all is likelier than one for each: a washer of 3 mm is plausible as one of 3 m.
-    together = next((factor for factor in _COMMON if all(_is_plausible(size * factor) for size in meters)), None)
-    return [together or _alone(size) for size in meters]
-
-
-def _alone(size: float) -> float:
-    """Return the likeliest unit of one file: the first in which its size is plausible, else the one that is nearest."""
-    fitting = (factor for factor in _LIKELY if _is_plausible(size * factor))
-    return next(fitting, min(_LIKELY, key=lambda each: abs(np.log(size * each / TYPICAL))))
-
-
-def _is_plausible(meters: float) -> bool:
-    return PLAUSIBLE[0] <= meters <= PLAUSIBLE[1]
+    together = next((factor for factor in _COMMON if all(is_plausible(size * factor) for size in meters)), None)
+    return [together or UNITS[likely_unit(size)] for size in meters]
 
 
 def _as_usd(file: str) -> str:

@@ -16,7 +16,7 @@ from usdsdg.scenarios.interruption import stop_request
 from usdsdg.scenarios.shared.formats import folders, make_writers
 from usdsdg.scenarios.shared.sections import JobConfig, Rendering
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.writers import Writer
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.journal.run import get_run

@@ -52,7 +52,7 @@ class Tables:
         if ids.colored and name not in _NOTHING and unpacked(key)[:3] == (0, 0, 0):
             yield Fault(ids.table, seen.name, f"{name} is black, as the background is")
         if ids.kind == "class" and self._classes:
-            yield from _in_class_table(seen, ids, key, name, shown, self._classes)
+            yield from _in_class_table(seen, ids, name, shown, self._classes)
 
 
 def _known_classes(seen: Seen, occlusions: Occlusions, classes: Mapping[str, Any]) -> Faults:
@@ -70,7 +70,7 @@ def _noun(ids: Ids) -> str:
     return "color" if ids.colored else "id"
 
 
-def _in_class_table(seen: Seen, ids: Ids, key: int, name: str, shown: str, classes: Mapping[str, Any]) -> Faults:
+def _in_class_table(seen: Seen, ids: Ids, name: str, shown: str, classes: Mapping[str, Any]) -> Faults:
     """Compare an entry with the dataset's own table of classes."""
     rows = next((each["classes"] for each in classes["tables"] if (each["filter"] or "") == ids.filter), None)
     if rows is None or name in _NOTHING:

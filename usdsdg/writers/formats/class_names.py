@@ -1,9 +1,10 @@
-"""Names of classes, for formats whose texts cannot have every character."""
+"""Names of classes: as they are shown, and for formats whose texts cannot have every character."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from usdsdg.errors import WriterError, warn_once
 
@@ -11,6 +12,11 @@ from usdsdg.errors import WriterError, warn_once
 CONTROL = r"[\x00-\x1f\x7f\ufffe\uffff]"
 
 _NOTHING = re.compile(r"(?!)")
+
+
+def shown_labels(labels: Any) -> str:
+    """Return labels of an annotator's table, {type: "label"} or a text, as one text to be shown."""
+    return ", ".join(map(str, labels.values())) if isinstance(labels, Mapping) else str(labels)
 
 
 def class_name(labels: Mapping[str, str], unfit: re.Pattern[str]) -> str:

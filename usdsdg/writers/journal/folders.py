@@ -2,49 +2,38 @@
 
 from __future__ import annotations
 
-import shlex
 import shutil
 import threading
 from collections.abc import Callable, Mapping
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import DatasetInTheWay, UsdsdgError, WriterError, warn_once
+from usdsdg.errors import UsdsdgError, warn_once
 from usdsdg.session.progress import say_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
-from usdsdg.writers.journal import journal, lines, recipe
+from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.copied_folders import copies_of, watch
 from usdsdg.writers.journal.earlier_files import (
     end_removal,
     forget_names,
-    is_half_removed,
     remove_part,
     remove_run,
     remove_unfinished,
     warn_of_lost,
     warn_of_lost_about_all,
 )
+from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.growth import MoreFrames, advice
-from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, REMOVING, FolderPlace, Lock, Place
+from usdsdg.writers.journal.growth import MoreFrames
+from usdsdg.writers.journal.journal import NAME, Journal
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.place_locks import COPY, in_use
 from usdsdg.writers.journal.portion import Portion
-from usdsdg.writers.journal.recipe import SCRIPT, Recipe
+from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
-
-
-class Mode(Enum):
-    """What happens to an earlier run in the output folder."""
-
-    NEW = "new"  # it is an error, unless it is a complete one of the same recipe
-    RESUME = "resume"  # a run of the same recipe is resumed
-    OVERWRITE = "overwrite"  # it is removed
-    REPLACE = "replace"  # so is one of the same script
 
 
 class DatasetFolder:
@@ -81,7 +70,7 @@ class DatasetFolder:
         self._lock(shares_out=shares_out, with_parts=with_parts)
         try:
             place.pull(portion)
-            check(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
+            check_place(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
             if growth is not None and mode is Mode.RESUME:
                 growth.begin(place, wanted)
             before()
@@ -302,100 +291,3 @@ def _forget(waiting: dict[Any, Any], told: Mapping[Any, Any]) -> None:
     for name, value in told.items():
         if waiting.get(name) == value:
             del waiting[name]
-
-
-def check(
-    place: Place,
-    wanted: Recipe,
-    mode: Mode,
-    portion: Portion | None,
-    *,
-    with_parts: bool = False,
-    growth: MoreFrames | None = None,
-) -> None:
-    """Check that a run may write to a place, of which what is there is known.
-
-    with_parts, growth: as in `DatasetFolder`.
-
-    Raises:
-        DatasetInTheWay: another run is there; the message says how to go on.
-    """
-    path, there = place.path, place.name
-    try:
-        earlier = recipe.read(path, remedy=f"Remove that run with {_overwriting(wanted)}.")
-    except WriterError:
-        if mode is Mode.OVERWRITE:
-            return
-        raise
-    if earlier is None:
-        if mode is Mode.RESUME and place.has_files() and not (path / BESIDE / REMOVING).is_file():
-            raise DatasetInTheWay(
-                f"{there} has files but no recipe, so it cannot be resumed. Choose another output_dir, or --overwrite."
-            )
-        return
-    if mode is Mode.RESUME and portion is None and is_half_removed(place, path / BESIDE):
-        return  # the earlier run is being removed and has no frame to resume, so its recipe may be another one
-    differences = wanted.differences(earlier)
-    if portion is not None and mode is not Mode.RESUME:
-        _check_room_for_part(path, there, mode, portion, differences)
-    if mode is Mode.OVERWRITE:
-        return
-    name = earlier.get("source", {}).get("name", "?") if isinstance(earlier.get("source"), dict) else "?"
-    if mode is Mode.REPLACE and name == wanted.source["name"]:
-        return
-    growing = growth if mode is Mode.RESUME else None
-    if differences and growing is not None and growing.obstacle(place, wanted, earlier, portion) == "":
-        return
-    if differences:
-        listed = "\n  ".join(differences)
-        raise DatasetInTheWay(
-            f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
-            f"{advice(growth, place, wanted, earlier, portion)}Choose another output_dir, or remove that run with "
-            f"{_overwriting(wanted)}."
-        )
-    if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
-        raise DatasetInTheWay(
-            f"{there} has parts of --workers, --frames or --shard, whose frames a process without these options would "
-            "make again. Resume with --workers N --resume, or each part; `usdsdg merge` joins them once all are "
-            "whole. --overwrite begins again."
-        )
-    if mode is Mode.NEW and not _is_complete(path, portion):
-        raise DatasetInTheWay(
-            f"{there} has an unfinished run of this recipe. Resume it with --resume, begin again with --overwrite, or "
-            "choose another output_dir."
-        )
-
-
-def _overwriting(wanted: Recipe) -> str:
-    """Return what the user says to have an earlier run removed: a script that Python runs has no options."""
-    return f"usdsdg run --overwrite {shlex.quote(wanted.source['name'])}" if wanted.command == SCRIPT else "--overwrite"
-
-
-def _check_room_for_part(path: Path, there: str, mode: Mode, portion: Portion, differences: list[str]) -> None:
-    """Check that a part would not be mixed with another run: a process of a part removes that part alone."""
-    journals = (each for each in (path / PARTS).glob(f"*/{NAME}") if each.stat().st_size)
-    others = [each for each in journals if each.parent.name != portion.name]
-    if (path / BESIDE / NAME).is_file() and journal.read(path / BESIDE / NAME).frames:
-        what = "a run that is not in parts. "
-    elif differences and (mode is Mode.OVERWRITE or (mode is Mode.REPLACE and others)):
-        what = "parts of another recipe:\n  " + "\n  ".join(differences) + "\n"
-    else:
-        return
-    raise DatasetInTheWay(
-        f"{there} has {what}A process that makes a part of a dataset would leave its files there. Choose another "
-        "output_dir, or remove this one first."
-    )
-
-
-def _has_parts(path: Path) -> bool:
-    """Return whether there is a part with frames."""
-    return any(journal.read(each).frames for each in (path / PARTS).glob(f"*/{NAME}"))
-
-
-def _is_complete(path: Path, portion: Portion | None) -> bool:
-    """Return whether nothing would be lost that takes long to make again: there is a whole run, or nothing at all."""
-    own = path / PARTS / portion.name / NAME if portion is not None else path / BESIDE / NAME
-    found = journal.read(own) if own.is_file() else Contents()
-    if portion is None and any((path / PARTS).glob(f"*/{NAME}")):
-        return False
-    return found.is_complete or not (found.frames or found.shared)

@@ -17,12 +17,13 @@ from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted, warn_once
 from usdsdg.session import devices
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import folders, lines, place_locks
+from usdsdg.writers.journal import lines, place_locks
 from usdsdg.writers.journal import recipe as recipe_file
+from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.main_script import main_script, started_source
@@ -117,7 +118,7 @@ class Run:
             try:
                 with_parts = self._with_parts
                 of_place = self.recipe.of(place.name, self.numbered.copy_of(place.name))
-                folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
+                check_place(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
                 place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be resumed
                 raise

@@ -10,6 +10,7 @@ import hashlib
 import os
 import tempfile
 import zipfile
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 
@@ -35,12 +36,20 @@ class Splitting:
     error: float = 10.0  # percent; PhysX's default
 
 
-def convex_parts(points: np.ndarray, triangles: np.ndarray, splitting: Splitting, *, prim_path: str) -> list[Part]:
+def convex_parts(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    splitting: Splitting,
+    *,
+    prim_path: str,
+    on_split: Callable[[], None] = lambda: None,
+) -> list[Part]:
     """Return the points of the convex parts of a mesh; none, with a warning, where it cannot be split.
 
     Args:
         points: (N, 3) float32.
         triangles: (F, 3) int32.
+        on_split: called before the mesh is split; not where its parts are read, from an earlier run.
     """
     digest = hashlib.blake2b(digest_size=16)
     for piece in (_VERSION, str(astuple(splitting)), str(points.shape), points.tobytes(), triangles.tobytes()):
@@ -48,6 +57,7 @@ def convex_parts(points: np.ndarray, triangles: np.ndarray, splitting: Splitting
     file = cache_folder() / _FOLDER / f"{digest.hexdigest()}.npz"
     parts = _read(file)
     if parts is None:
+        on_split()
         parts = _split(points, triangles, splitting, prim_path)
         if parts:
             _write(file, parts)

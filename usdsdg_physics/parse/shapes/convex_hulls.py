@@ -39,7 +39,7 @@ class HullCache:
     """Convex hulls and meshes by the content of their points: a thousand references to one asset make one hull."""
 
     def __init__(self, *, progress: Callable[[str, int, int | None], None] | None = None) -> None:
-        """`progress` is called with a label and a number while meshes are split, which takes seconds for each."""
+        """`progress` is called with a label and a number before each mesh that is split, which takes seconds."""
         self._progress, self._split = progress, 0
         self._parts: dict[tuple[bytes, Splitting], list[np.ndarray]] = {}
         self._hulls: dict[bytes, _Hull] = {}
@@ -97,11 +97,14 @@ class HullCache:
         triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
         key = digest(points, triangles), splitting
         if key not in self._parts:
-            if self._progress:
-                self._progress(SPLITTING_LABEL, self._split, None)
-            self._parts[key] = convex_parts(points, triangles, splitting, prim_path=prim_path)
-            self._split += 1
+            self._parts[key] = convex_parts(points, triangles, splitting, prim_path=prim_path, on_split=self._tell)
         return [self.hull(part, prim_path=prim_path) for part in self._parts[key]]
+
+    def _tell(self) -> None:
+        """Report that one more mesh is being split."""
+        self._split += 1
+        if self._progress:
+            self._progress(SPLITTING_LABEL, self._split, None)
 
     def mesh(self, points: np.ndarray, triangles: np.ndarray) -> Solid:
         """Return the triangles themselves, for colliders that keep them."""

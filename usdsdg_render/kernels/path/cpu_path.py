@@ -34,7 +34,7 @@ def trace_path(
     if path.alive == 0:
         return sums
     light_aovs = LightAovs()
-    features = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+    features = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0, emission=wp.vec3(0.0))
     # One segment more than surfaces: on the last one only lights count.
     for segment in range(options.bounces + options.glass_bounces + 1):
         if path.alive == 0:

@@ -20,10 +20,11 @@ class FilmArrays:
     """Running sums per pixel, (height, width); features and light AOVs are empty unless allocated."""
 
     color: wp.array2d(dtype=wp.vec4)  # radiance [nits] and number of samples
-    background: wp.array2d(dtype=wp.vec4)  # of samples that hit no surface: radiance [nits] and their number
+    # Radiance [nits] of samples that hit no surface, and of surfaces that shine themselves; the number of the former.
+    background: wp.array2d(dtype=wp.vec4)
     albedo: wp.array2d(dtype=wp.vec3)  # this and the next two: of samples that hit a surface
     normal_depth: wp.array2d(dtype=wp.vec4)  # world normal, distance of the first hit [stage units]
-    square: wp.array2d(dtype=wp.float32)  # squared luminance of radiance divided by albedo
+    square: wp.array2d(dtype=wp.float32)  # squared luminance of scattered radiance divided by albedo
     dropped: wp.array2d(dtype=wp.int32)  # samples that were not finite
     light_aovs: wp.array3d(dtype=wp.vec3)  # radiance by `settings.LIGHT_AOVS`, (len(LIGHT_AOVS), height, width)
 
@@ -70,9 +71,11 @@ def with_sample(
         if options.features != 0 and features.depth == 0.0:
             sums.background += sample
         elif options.features != 0:
+            own = features.emission
+            sums.background += wp.vec4(own[0], own[1], own[2], 0.0)
             sums.albedo += features.albedo
             sums.normal_depth += wp.vec4(features.normal[0], features.normal[1], features.normal[2], features.depth)
-            demodulated = luminance(wp.cw_div(radiance, wp.max(features.albedo, wp.vec3(0.01))))
+            demodulated = luminance(wp.cw_div(radiance - own, wp.max(features.albedo, wp.vec3(0.01))))
             sums.square += demodulated * demodulated
         if options.light_aovs != 0:
             sums.light_aovs.direct_diffuse += light_aovs.direct_diffuse

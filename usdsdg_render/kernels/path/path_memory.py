@@ -14,7 +14,7 @@ from usdsdg_render.kernels.path.path_state import DenoiserFeatures, Path, Shadow
 from usdsdg_render.scene.structs import Hit
 
 # Words of each record.
-PATH_WORDS, SHADOW_RAY_WORDS, HIT_WORDS, FEATURE_WORDS = 6, 3, 2, 2
+PATH_WORDS, SHADOW_RAY_WORDS, HIT_WORDS, FEATURE_WORDS = 6, 3, 2, 3
 
 # Warp's vec4 is aligned to 4 bytes; CUDA's float4, to 16, is moved by one instruction.
 _LOAD = """
@@ -133,9 +133,15 @@ def load_shadow_ray(planes: wp.array2d(dtype=wp.vec4), number: int):
 def store_features(planes: wp.array2d(dtype=wp.vec4), number: int, features: DenoiserFeatures):
     store(planes, 0, number, features.albedo, features.depth)
     store(planes, 1, number, features.normal, 0.0)
+    store(planes, 2, number, features.emission, 0.0)
 
 
 @wp.func
 def load_features(planes: wp.array2d(dtype=wp.vec4), number: int):
     albedo = load(planes, 0, number)
-    return DenoiserFeatures(albedo=first_three(albedo), normal=first_three(load(planes, 1, number)), depth=albedo[3])
+    return DenoiserFeatures(
+        albedo=first_three(albedo),
+        normal=first_three(load(planes, 1, number)),
+        depth=albedo[3],
+        emission=first_three(load(planes, 2, number)),
+    )

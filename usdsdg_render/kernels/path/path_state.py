@@ -77,6 +77,7 @@ class DenoiserFeatures:
     albedo: wp.vec3
     normal: wp.vec3
     depth: wp.float32
+    emission: wp.vec3  # of that surface [nits]
 
 
 @wp.struct

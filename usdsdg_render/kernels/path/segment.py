@@ -64,9 +64,10 @@ def scatter_path(
     d.light_aovs = light_aovs
     surface, bsdf = shading_at(tables, path, hit)
     material = tables.materials[surface.material]
-    if segment == 0:
-        d.features = DenoiserFeatures(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
     d = add_surface_emission(tables, options, d, hit, surface, material, segment)
+    if segment == 0:
+        emission = d.path.radiance - path.radiance
+        d.features = DenoiserFeatures(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t, emission=emission)
     if path.bounces == options.bounces:
         d.path.alive = 0
     if d.path.alive == 0:

@@ -147,7 +147,7 @@ def generate_camera_rays(options: PathOptions, views: Views, wavefront: Wavefron
     if wavefront.light_aovs.shape[0] > 0:
         wavefront.light_aovs[number] = LightAovs()
     if wavefront.features.shape[0] > 0:
-        nothing = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+        nothing = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0, emission=wp.vec3(0.0))
         store_features(wavefront.features, number, nothing)
     if path.alive != 0:
         wavefront.ray_queue[0, push(wavefront.counts, RAYS)] = number

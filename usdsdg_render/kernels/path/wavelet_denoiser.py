@@ -42,7 +42,8 @@ def demodulate(
 ):
     y, x = wp.tid()
     y += first_row
-    # Background samples are set aside and added at the end: they must not be multiplied by the albedo of an edge.
+    # What is not scattered, of the background and of surfaces that shine, is set aside and added at the end: it must
+    # not be multiplied by the albedo of an edge.
     foreground = color[y, x] - background[y, x]
     n = wp.max(foreground[3], 1.0)
     mean_albedo = wp.max(albedo[y, x] / n, wp.vec3(MIN_ALBEDO))

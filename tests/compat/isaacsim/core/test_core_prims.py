@@ -18,7 +18,7 @@ from usdsdg.compat.isaacsim.core.prims import (
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.errors import BadPrim
 from usdsdg.session import engines
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

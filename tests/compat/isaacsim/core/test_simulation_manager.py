@@ -17,7 +17,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager import (
     SimulationManager,
 )
 from usdsdg.errors import Unsupported
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 

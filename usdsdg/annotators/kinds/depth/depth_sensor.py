@@ -16,7 +16,7 @@ from usdsdg.annotators.kinds.depth.stereo import DepthSensor, Measurement
 from usdsdg.annotators.pixels.launch import Pixels
 from usdsdg.errors import AnnotatorError, Unsupported, warn_once
 from usdsdg.graph.sampling import generator, get_global_seed
-from usdsdg.session.settings_store import DEFAULTS, get_settings
+from usdsdg.session.settings.store import DEFAULTS, get_settings
 from usdsdg.session.stage_context import current_stage
 
 ATTRIBUTES, SETTINGS = "omni:rtx:post:depthSensor:", "/rtx/post/depthSensor/"

@@ -10,7 +10,7 @@ from usdsdg.app.app import App as IApp
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import APP_UPDATE as GLOBAL_EVENT_UPDATE
 from usdsdg.compat.carb.events import POST_QUIT_EVENT_TYPE, PRE_SHUTDOWN_EVENT_TYPE, ISubscription
-from usdsdg.session.settings_store import ChangeEventType, get_settings
+from usdsdg.session.settings.store import ChangeEventType, get_settings
 
 get_app_interface = get_app
 

@@ -14,7 +14,7 @@ from usdsdg.errors import ArgumentError
 from usdsdg.session import new_stages
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.stage_context import new_stage as make_stage
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
 from usdsdg.errors import WriterError, warn_once
+from usdsdg.writers.formats.class_names import shown_labels
 from usdsdg.writers.formats.rerun.rerun_chunks import Logged, Moment
 from usdsdg.writers.formats.rerun.rerun_extra import rerun
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix, is_pinhole
@@ -89,7 +90,7 @@ def _masks(seen: Seen) -> Iterator[tuple[str, Any]]:
         ids, labels = np.asarray(seen[name]["data"]), seen[name]["idToLabels"]
         if ids.max(initial=0) >= _MOST_IDS:
             raise WriterError(f"RerunWriter: {name} has the id {ids.max()}; Rerun's ids end at {_MOST_IDS - 1}.")
-        known = {int(key): text_of(value) for key, value in labels.items()}
+        known = {int(key): shown_labels(value) for key, value in labels.items()}
         colors = colors_of_ids(list(known)).tolist()
         context = [(key, text, tuple(color)) for (key, text), color in zip(known.items(), colors)]
         yield name, rr.AnnotationContext(context)
@@ -138,13 +139,8 @@ def _below(path: str, poses: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def _named(found: Mapping[str, Any]) -> dict[str, Any]:
     """Return the labels of rows of boxes, and the colors of their instances."""
-    labels = {int(key): text_of(value) for key, value in found["idToLabels"].items()}
+    labels = {int(key): shown_labels(value) for key, value in found["idToLabels"].items()}
     return {
         "labels": [labels.get(int(row["semanticId"]), "") for row in found["data"]],
         "colors": colors_of_ids(np.asarray(found.get("bboxIds", np.arange(len(found["data"])) + FIRST_LABELED))),
     }
-
-
-def text_of(labels: Any) -> str:
-    """Return labels of an annotator's table, {type: "label"} or a text, as one text."""
-    return ", ".join(map(str, labels.values())) if isinstance(labels, Mapping) else str(labels)

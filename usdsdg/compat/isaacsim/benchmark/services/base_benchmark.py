@@ -27,7 +27,7 @@ from usdsdg.compat.isaacsim.benchmark.services.metrics.report import Report
 from usdsdg.compat.isaacsim.benchmark.services.utils import get_kit_version_branch
 from usdsdg.errors import UsdsdgError, warn_once
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 DEFAULT_RECORDERS = ["app_frametime", "physics_frametime", "runtime", "memory", "cpu_continuous", "hardware"]
 

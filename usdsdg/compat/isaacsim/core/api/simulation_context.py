@@ -17,7 +17,7 @@ from usdsdg.compat.isaacsim.core.utils.stage import clear_stage
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 _PLAY_SIMULATIONS = "/app/player/playSimulations"

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import NEW_FRAME, Observer, get_eventdispatcher
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 _PLAY_SIMULATIONS = "/app/player/playSimulations"

@@ -16,7 +16,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation_event import Simu
 from usdsdg.compat.isaacsim.core.simulation_manager.time_samples import TimeSamples
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 _READY_EVENTS = (

@@ -14,7 +14,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation_event import Simu
 from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.arrays import known_device
 from usdsdg.errors import Unsupported, warn_once
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.warp_start import quiet_warp
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from usdsdg.session.settings_store import Settings
+from usdsdg.session.settings.store import Settings
 
 
 def set_carb_setting(carb_settings: Settings, setting: str, value: Any) -> None:

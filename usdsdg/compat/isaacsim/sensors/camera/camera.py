@@ -27,7 +27,7 @@ from usdsdg.create.render_products import render_product
 from usdsdg.errors import ArgumentError
 from usdsdg.listeners import weakly
 from usdsdg.session.render_products import HydraTexture, product_at
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage, on_new_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras import default_view

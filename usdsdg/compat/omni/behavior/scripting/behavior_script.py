@@ -8,7 +8,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.app.app import App, get_app
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import Settings, get_settings
+from usdsdg.session.settings.store import Settings, get_settings
 from usdsdg.session.timeline import Timeline, get_timeline
 
 if TYPE_CHECKING:

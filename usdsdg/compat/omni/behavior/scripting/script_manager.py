@@ -16,7 +16,7 @@ from usdsdg.compat.omni.behavior.scripting.behavior_script import BehaviorScript
 from usdsdg.errors import AssetUnreadable, warn_once
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 

@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 from usdsdg.compat.omni.kit.commands.registry import command
 from usdsdg.compat.wrappers.cameras import editable_layer
 from usdsdg.errors import BadPrim
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 
 AnyPath = str | Sdf.Path

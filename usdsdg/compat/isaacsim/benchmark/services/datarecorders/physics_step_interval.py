@@ -9,7 +9,7 @@ from usdsdg.compat.isaacsim.benchmark.services.datarecorders.interface import Me
 from usdsdg.compat.isaacsim.benchmark.services.datarecorders.stats_utils import Stats
 from usdsdg.compat.isaacsim.benchmark.services.metrics.measurements import Measurement, SingleMeasurement
 from usdsdg.session import engines
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 EXPORT_SAMPLES = "/exts/isaacsim.benchmark.services/physics_step_interval/export_samples"
 

@@ -19,7 +19,7 @@ from usdsdg.compat.isaacsim.benchmark.services.metrics.measurements import (
     Measurement,
     SingleMeasurement,
 )
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 WINDOW = "/exts/isaacsim.benchmark.services/rtf_stability/window_wall_ms"

@@ -28,7 +28,7 @@ from usdsdg.compat.isaacsim.replicator.prim_poses import (
 )
 from usdsdg.errors import StageError
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 from usdsdg.stage import assets, materials
 from usdsdg.stage.poses.rotations import euler_from_matrix
 

@@ -2,7 +2,7 @@
 
 from usdsdg.errors import BadValue
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 KEY = "/usdsdg/replicator/version"
 OLD, NEW = 4, 6

@@ -12,7 +12,7 @@ from typing import Any
 from usdsdg.errors import Unsupported
 from usdsdg.listeners import Listeners
 from usdsdg.session.session import current
-from usdsdg.session.setting_items import Item, ItemType, UpdateAction, is_accessible
+from usdsdg.session.settings.items import Item, ItemType, UpdateAction, is_accessible
 
 DEFAULTS: dict[str, Any] = {
     "/app/player/playSimulations": True,
