@@ -10,12 +10,8 @@ import pytest
 from tests.signaled import run_and_signal
 from usdsdg.cli.options import command_context
 from usdsdg.session import session
-<<<<<<< HEAD
 from usdsdg.session.endings import termination
-from usdsdg.writers.journal.folders import Mode
-=======
 from usdsdg.writers.journal.earlier_run import Mode
->>>>>>> house45
 
 SCRIPT = """
 import os, sys

@@ -9,7 +9,7 @@ from usdsdg.compat.omni.isaac.python_app import OmniKitHelper
 from usdsdg.compat.omni.isaac.synthetic_utils import SyntheticDataHelper
 from usdsdg.compat.omni.kit import viewport, viewport_legacy
 from usdsdg.errors import ArgumentError
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 
 @pytest.fixture

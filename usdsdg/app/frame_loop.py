@@ -36,11 +36,7 @@ from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.interpreter_lock import switching_soon
 from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
-<<<<<<< HEAD
-from usdsdg.session.settings_store import captures_on_play
-=======
-from usdsdg.session.settings.store import captures_motion_blur, captures_on_play, get_settings
->>>>>>> house45
+from usdsdg.session.settings.store import captures_on_play
 from usdsdg.session.timeline import get_timeline
 from usdsdg.session.turns import in_turn, turns
 from usdsdg.stage import assets

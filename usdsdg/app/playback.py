@@ -2,7 +2,7 @@
 
 from usdsdg.app.app import get_app
 from usdsdg.capture.render_settings import opens_shutter
-from usdsdg.session.settings_store import captures_motion_blur, captures_on_play
+from usdsdg.session.settings.store import captures_motion_blur, captures_on_play
 from usdsdg.session.timeline import get_timeline
 
 

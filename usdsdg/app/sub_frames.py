@@ -1,7 +1,7 @@
 """How many sub-frames the next capture has. Mirrors `rep.orchestrator.set_next_rt_subframes` and its like."""
 
 from usdsdg.graph.evaluate import Trigger
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings.store import get_settings
 
 
 class SubFrames:
