@@ -204,6 +204,20 @@ def sync_file_system(folder: Path) -> bool:
 
 
 @cache
+def lacks_inodes(folder: Path) -> bool:
+    """Return whether the file system of a folder takes no more files, whatever room it has for their bytes.
+
+    False where it does not count them, as on Windows.
+
+    Raises:
+        OSError: the folder is not there.
+    """
+    if not hasattr(os, "statvfs"):
+        return False
+    found = os.statvfs(folder)
+    return found.f_files > 0 and found.f_favail == 0
+
+
 def _syncfs() -> Any:
     """Return the call of Linux, which Python does not have; None on other systems."""
     if not sys.platform.startswith("linux"):

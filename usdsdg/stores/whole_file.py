@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from usdsdg.errors import OutputNotWritable
-from usdsdg.operating_system import name_if_free, process_name, sync_file, sync_file_system
+from usdsdg.operating_system import lacks_inodes, name_if_free, process_name, sync_file, sync_file_system
 
 # Names of files that are being written, and of locks beside files.
 PART = re.compile(r"\..*\.(part|lock)")
@@ -200,10 +200,6 @@ _REASONS = {
 }
 
 
-# Free bytes of a disk that has room for any file of a dataset, so that it lacks inodes where it is full.
-_MUCH = 1 << 30
-
-
 def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another output_dir") -> OutputNotWritable:
     """Return the error, with cause and remedy, that an error of the system at a file is.
 
@@ -217,7 +213,7 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             free = shutil.disk_usage(path.parent).free
-            if free > _MUCH:
+            if lacks_inodes(path.parent):
                 cause = reason = "the disk takes no more files, of which `df -i` counts those that are left"
             reason += f" ({free / 1e6:.0f} MB free)"
         remedy = f"Free space or {elsewhere}; the files written so far are whole."

@@ -239,10 +239,8 @@ def test_a_read_only_folder_is_refused(tmp_path):
         tmp_path.chmod(0o700)
 
 
-@pytest.mark.parametrize(
-    ("free", "said"), [(4e6, "the disk is full"), (9e9, "the disk takes no more files, .* `df -i`")]
-)
-def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch, free, said):
+@pytest.mark.parametrize(("inodes", "said"), [(9, "the disk is full"), (0, "the disk takes no more files, .* `df -i`")])
+def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch, inodes, said):
     def full(part, chunks):
         with open(part, "wb") as file:
             file.write(b"".join(chunks)[:4])
@@ -250,8 +248,9 @@ def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch, free, said)
 
     (tmp_path / "x.bin").write_bytes(b"before")
     monkeypatch.setattr(whole_file, "_write", full)
-    monkeypatch.setattr(whole_file.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
-    message = rf"x\.bin cannot be written: {said}.* \({free / 1e6:.0f} MB free\).*whole"
+    monkeypatch.setattr(whole_file.shutil, "disk_usage", lambda _: SimpleNamespace(free=4e6))
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_files=9, f_favail=inodes))
+    message = rf"x\.bin cannot be written: {said}.* \(4 MB free\).*whole"
     with pytest.raises(OutputNotWritable, match=message) as caught:
         write_whole(tmp_path / "x.bin", b"12345678")
     assert isinstance(caught.value.__cause__, OSError)
