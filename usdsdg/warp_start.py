@@ -124,7 +124,7 @@ def _lines_held_back(start: bytes) -> Iterator[None]:
             os.dup2(real, 2)
             os.close(real)
             held.seek(0)
-            with suppress(OSError):  # nobody reads it
+            with suppress(OSError):  # stderr may be a pipe without a reader
                 for line in held:
                     if not line.startswith(start):
                         os.write(2, line)

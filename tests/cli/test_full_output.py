@@ -1,6 +1,6 @@
 """What a command prints, where it cannot be written, whether Python keeps a buffer or not.
 
-Results that are lost are an error of one line; what is told on stderr is left out.
+A result that cannot be written to stdout is an error of one line; what cannot be written to stderr is left out.
 """
 
 import contextlib

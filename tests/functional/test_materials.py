@@ -40,7 +40,7 @@ def test_viewers_without_mdl_get_the_same_color(stage):
 
 
 def test_the_renderer_reads_the_material(stage):
-    from usdsdg_render.materials.mdl import mdl_name
+    from usdsdg_render.materials.mdl.material import mdl_name
 
     for mdl in ("OmniPBR.mdl", "/some/where/OmniGlass.mdl"):
         material = create.material(mdl)

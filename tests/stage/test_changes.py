@@ -5,8 +5,8 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.stage.change_tracker import KEPT_APART, ChangeTracker, schemas_only
-from usdsdg.stage.handles import Handles
 from usdsdg.stage.poses.xform_ops import author_pose
+from usdsdg.stage.prims.handles import Handles
 
 ROOT = Sdf.Path.absoluteRootPath
 

@@ -16,9 +16,9 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.verify.checks.formats.yolo import oriented
 from usdsdg.verify.checks.points import are_elsewhere
 from usdsdg.verify.checks.rectangles import least_rectangles, problem_of
-from usdsdg.verify.checks.yolo import oriented
 from usdsdg.verify.verify import verify
 from usdsdg.writers.formats.yolo.oriented import fitted
 

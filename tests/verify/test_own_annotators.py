@@ -81,7 +81,7 @@ DAMAGES = {
     "a visible fraction": ("visibility_0000.npy", rows(visibleRatio=lambda v: v / 2)),
     "a class of visibility": ("visibility_0000.npy", rows(semanticId=lambda v: v + 1)),
     "hidden by fewer pixels": ("visibility_info_0000.json", table(lambda v: v["hiddenBy"][-1].update({"1": 12345}))),
-    "hidden by nobody": ("visibility_info_0000.json", table(lambda v: v.pop("hiddenBy"))),
+    "without hiddenBy": ("visibility_info_0000.json", table(lambda v: v.pop("hiddenBy"))),
     "a path of visibility": ("visibility_info_0000.json", table(lambda v: v["primPaths"].reverse())),
     "names of ids": ("visibility_info_0000.json", table(lambda v: v.update(idToLabels={}))),
     "an object that is truncated": ("truncation_0000.npy", rows(instanceId=lambda v: v + 90)),

@@ -87,10 +87,10 @@ def test_a_folder_without_a_dataset_is_an_error(tmp_path):
 
 
 def test_the_folder_in_which_scripts_write_is_named_for_one_that_is_not_here(tmp_path, monkeypatch):
-    monkeypatch.setattr(current(), "disk_root", tmp_path / "root")
+    monkeypatch.setattr(current(), "disk_root", tmp_path / "output")
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "root" / "_boxes").mkdir(parents=True)
-    with pytest.raises(DatasetError, match=re.escape(f"_boxes does not exist; did you mean {tmp_path}/root/_boxes?")):
+    (tmp_path / "output" / "_boxes").mkdir(parents=True)
+    with pytest.raises(DatasetError, match=re.escape(f"_boxes does not exist; did you mean {tmp_path}/output/_boxes?")):
         verify("_boxes")
     with pytest.raises(DatasetError, match="_balls does not exist; give the folder"):
         verify("_balls")

@@ -15,7 +15,7 @@ from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
 from usdsdg.stage.geometry.point_names import Prototypes
 from usdsdg.stage.geometry.triangles import range_below
-from usdsdg.stage.prim_types import PrimTypes
+from usdsdg.stage.prims.prim_types import PrimTypes
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import (
     get_labels,

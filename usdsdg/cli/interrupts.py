@@ -32,6 +32,6 @@ def forget_interrupts() -> None:
 
 
 def _end(*_: Any) -> None:
-    with suppress(OSError):  # nobody reads it
+    with suppress(OSError):  # stderr may be a pipe without a reader
         os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)

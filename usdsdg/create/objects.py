@@ -11,8 +11,8 @@ from usdsdg.arguments.values import count_of, vector
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
-from usdsdg.stage.copies import copy_prim
 from usdsdg.stage.poses.first_ops import author_first_pose
+from usdsdg.stage.prims.copies import copy_prim
 from usdsdg.stage.scopes import REPLICATOR, define_scope
 
 

@@ -18,8 +18,8 @@ from usdsdg.functional.poses import set_instancer_poses, set_mixed_poses, set_po
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value
 from usdsdg.stage.keypoints import set_keypoints
+from usdsdg.stage.prims.variants import select_variant
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg.stage.variants import select_variant
 
 __all__ = [
     "attribute", "keypoints", "look_at", "material", "pose", "position", "rotation", "scale", "semantics", "variant",

@@ -17,9 +17,9 @@ from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
+from usdsdg.stage.prims.variants import select_variant
 from usdsdg.stage.semantics import labels
 from usdsdg.stage.semantics.label_copies import label_all
-from usdsdg.stage.variants import select_variant
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:

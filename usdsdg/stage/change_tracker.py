@@ -13,7 +13,7 @@ from weakref import ReferenceType, WeakKeyDictionary, ref
 from pxr import Sdf, Tf, Usd
 
 from usdsdg.stage.changes import Changes, is_below, parts_of
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 
 # Notices that a reader which does not ask keeps apart, before they become one.
 KEPT_APART = 64

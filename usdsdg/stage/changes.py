@@ -8,7 +8,7 @@ from typing import Any
 
 from pxr import Sdf
 
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 
 
 class Changes:

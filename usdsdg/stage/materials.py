@@ -8,8 +8,8 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import BadPrim
 from usdsdg.stage.attributes import asset_path, set_value
-from usdsdg.stage.copies import copy_prim
 from usdsdg.stage.paths import free_paths
+from usdsdg.stage.prims.copies import copy_prim
 from usdsdg.stage.scopes import LOOKS, define_scope
 
 _T = Sdf.ValueTypeNames

@@ -20,36 +20,36 @@ from usdsdg.record import FRAMES, STAGES
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.verify.checks import (
     arrays,
-    bop,
     boxes,
     camera,
     class_table,
     color,
-    cosmos,
     depth,
     drawn,
     ids,
-    own_annotators,
     points,
     poses,
     solids,
 )
 from usdsdg.verify.checks import files as file_checks
 from usdsdg.verify.checks.formats import (
+    bop,
     coco_keypoints,
     coco_pictures,
     coco_segments,
+    cosmos,
     cvat,
     dope,
     kitti,
     labeled,
+    own_annotators,
     shards,
     voc,
     ycb_video,
 )
 from usdsdg.verify.checks.formats.coco import Coco
+from usdsdg.verify.checks.formats.yolo import Yolo
 from usdsdg.verify.checks.tables import Tables
-from usdsdg.verify.checks.yolo import Yolo
 from usdsdg.verify.frame_numbers import check_numbers
 from usdsdg.verify.integrity import Integrity
 from usdsdg.verify.integrity import check as check_integrity

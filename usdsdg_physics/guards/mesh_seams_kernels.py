@@ -75,7 +75,7 @@ def side_of_mesh(contact: int, is_mesh: wp.array[wp.int32], is_other: wp.array[w
     return side
 
 
-# So far, in units of the mesh, any point has a nearest one.
+# Radius [units of the mesh] of a search for the point nearest to another: larger than any distance of these.
 FAR = wp.constant(1.0e6)
 # How far [m] faces may stand out beside a seam, more where numbers are coarser; and where beside it they are looked at.
 LIP = wp.constant(1.0e-4)

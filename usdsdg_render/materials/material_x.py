@@ -11,7 +11,7 @@ from typing import NamedTuple
 from pxr import UsdShade
 
 from usdsdg_render.images.textures import TextureUse
-from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
+from usdsdg_render.materials.mdl.inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
 from usdsdg_render.materials.shading import Input, Material

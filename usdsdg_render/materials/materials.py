@@ -8,9 +8,9 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 from usdsdg.stage.changes import is_below
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
-from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
+from usdsdg_render.materials.mdl.material import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import PREVIEW_SURFACES, read_preview_surface

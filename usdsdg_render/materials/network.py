@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
-from usdsdg_render.materials.mdl_module import Preset
+from usdsdg_render.materials.mdl.module import Preset
 from usdsdg_render.materials.shading import Material, PrimvarInput
 from usdsdg_render.usd.authored_values import as_floats
 from usdsdg_render.usd.color_spaces import current_color, is_converted

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pxr import Sdf, Usd
 
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.time_code import current_values
 from usdsdg_render.materials.network import MakeFields, Reading
 from usdsdg_render.materials.shading import Material

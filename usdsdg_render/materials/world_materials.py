@@ -10,8 +10,8 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import Unsupported
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.materials.mdl import mdl_name
-from usdsdg_render.materials.mdl_inputs import WHITE
+from usdsdg_render.materials.mdl.inputs import WHITE
+from usdsdg_render.materials.mdl.material import mdl_name
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.shading import MAX_COLOR
 

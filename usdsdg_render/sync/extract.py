@@ -12,7 +12,7 @@ from pxr import Sdf, Usd
 from usdsdg.errors import Unsupported
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes, is_below
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.mesh_source import UV_NAMES

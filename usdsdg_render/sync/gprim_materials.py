@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg import errors
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg_render.images.textures import Progress, TexturePool
 from usdsdg_render.lights.mesh_lights import emissive_material
 from usdsdg_render.materials.binding_owners import BindingOwners

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes, is_below
-from usdsdg.stage.instances import places_of
+from usdsdg.stage.prims.instances import places_of
 from usdsdg_render.materials.binding_owners import BindingOwners
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.sync.plain_colors import PlainColor

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Usd, Vt
 
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.time_code import current_values
 from usdsdg_render.materials.display_color import DisplayColor, Shown, within_limits
 from usdsdg_render.usd.color_spaces import color_space

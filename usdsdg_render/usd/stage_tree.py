@@ -10,7 +10,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.moved_prims import is_movable

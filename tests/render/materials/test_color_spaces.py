@@ -8,7 +8,7 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg.errors import Unsupported, UsdsdgWarning, forget_warnings
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg_render.lights.light_values import emitted_color
 from usdsdg_render.materials.materials import MaterialLibrary
 from usdsdg_render.sync.extract import SceneExtractor

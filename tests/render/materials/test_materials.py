@@ -9,7 +9,7 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.stage.colors import srgb_to_linear
-from usdsdg.stage.handles import Handles
+from usdsdg.stage.prims.handles import Handles
 from usdsdg_render.images.image_files import asset_file
 from usdsdg_render.images.textures import TexturePool
 from usdsdg_render.materials.bindings import bound_materials

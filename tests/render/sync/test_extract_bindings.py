@@ -30,13 +30,6 @@ def stage():
     return stage
 
 
-@pytest.fixture
-def extractor(stage):
-    extractor = SceneExtractor(stage)
-    extractor.update()
-    return extractor
-
-
 def bind(stage, path, name, *targets):
     prim = stage.GetPrimAtPath(path)
     UsdShade.MaterialBindingAPI.Apply(prim)

@@ -50,13 +50,6 @@ def stage(tmp_path):
     return stage
 
 
-@pytest.fixture
-def extractor(stage):
-    extractor = SceneExtractor(stage)
-    extractor.update()
-    return extractor
-
-
 def touched(extractor):
     before = dict(extractor.scene.versions)
     extractor.update()

@@ -10,9 +10,9 @@ from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import add_missing_ops, apply_common_arguments, define, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
-from usdsdg.stage.copies import copy_prim
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.paths import prim_path as checked_path
+from usdsdg.stage.prims.copies import copy_prim
 
 
 def reference(

@@ -62,7 +62,7 @@ class StageBin:
     """The bin, the mold in which it is filled, and the table, on the stage.
 
     The mold is an invisible floor and walls that go on above the rim, in place of the bin's own. They begin where
-    these do and are thick, so that nothing gets through that falls fast or is pressed against a few millimeters.
+    these do, a few millimeters of which a part that falls fast, or is pressed against them, would get through.
     """
 
     def __init__(self, stage: Usd.Stage, size: BinSize, thickness: float, first: Picture) -> None:
@@ -82,7 +82,7 @@ class StageBin:
             middle = [0.0, 0.0]
             middle[axis] = side * (half[axis] + thickness / 2.0)
             self._sides.append(self._add(stage, name, (*middle, size.height / 2), (*extent, size.height / 2)))
-            # Those of the mold overlap beyond the corners, through which something would get else.
+            # Walls of the mold overlap beyond the corners, which would be open otherwise.
             extent, middle[axis] = [3.0 * each for each in half], side * 2.0 * half[axis]
             extent[axis] = half[axis]
             place = (*middle, (size.height + high - deep) / 2)

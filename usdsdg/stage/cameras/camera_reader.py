@@ -7,7 +7,7 @@ from pxr import Sdf, Usd
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
-from usdsdg.stage.instances import places_of
+from usdsdg.stage.prims.instances import places_of
 
 _Key = tuple[str, tuple[int, int]]
 

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.stage.prim_types import PrimTypes
+from usdsdg.stage.prims.prim_types import PrimTypes
 
 _EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
 

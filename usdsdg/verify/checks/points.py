@@ -12,7 +12,7 @@ from usdsdg.record import samples
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import beyond, text
 
-_RELATIVE = 2e-4  # of the largest coordinate, and the place of the camera
+_RELATIVE = 5e-5  # of the largest coordinate, and the place of the camera
 # Along the line of sight, where a rounding moves the points of surfaces that are seen edge-on.
 _ALONG = 2e-3
 

@@ -28,8 +28,8 @@ __all__ = [
     "tf_matrix_from_pose",
 ]  # fmt: skip
 
-# A divisor that is no direction.
-_NOTHING = 1e-10
+# Divisors below this count as zero.
+_ZERO = 1e-10
 
 
 def project_point_to_screen(camera_point: Any, camera_params: Mapping[str, Any]) -> tuple[int, int]:
@@ -56,7 +56,7 @@ def project_pinhole(camera_point: Any, camera_params: Mapping[str, Any]) -> tupl
     """
     width, height = (float(size) for size in camera_params["renderProductResolution"])
     x, y, _, w = np.asarray(camera_point, np.float64) @ np.reshape(camera_params["cameraProjection"], (4, 4))
-    if abs(w) < _NOTHING:
+    if abs(w) < _ZERO:
         return round(width / 2), round(height / 2)
     return round(float((x / w + 1) * width / 2)), round(float((1 - y / w) * height / 2))
 
@@ -71,10 +71,10 @@ def invert_fisheye_polynomial(
     polynomial = np.polynomial.Polynomial([float(each) for each in poly_coeffs])
     slope = polynomial.deriv()
     linear = slope(0.0)
-    radius = float((theta - polynomial(0.0)) / linear) if abs(linear) > _NOTHING else float(theta)
+    radius = float((theta - polynomial(0.0)) / linear) if abs(linear) > _ZERO else float(theta)
     for _ in range(max_iterations):
         rise = slope(radius)
-        if abs(rise) < _NOTHING:
+        if abs(rise) < _ZERO:
             break
         step = float((polynomial(radius) - theta) / rise)
         radius -= step

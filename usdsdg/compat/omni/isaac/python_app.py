@@ -21,7 +21,7 @@ __all__ = ["OmniKitHelper"]
 
 
 class OmniKitHelper:
-    """The running application. Of `config` counts what does in `SimulationApp`."""
+    """The running application. Keys of `config` that `SimulationApp` ignores are ignored here, too."""
 
     DEFAULT_CONFIG: dict[str, Any] = {
         "width": 1024, "height": 800, "renderer": "PathTracing", "samples_per_pixel_per_frame": 64, "denoiser": True,

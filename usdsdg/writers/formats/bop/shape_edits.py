@@ -11,8 +11,8 @@ from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.geometry.deforming import SHAPE_ATTRIBUTES
 from usdsdg.stage.geometry.point_names import Prototypes
-from usdsdg.stage.instances import places_of
 from usdsdg.stage.poses.transforms import as_array, local_to_world
+from usdsdg.stage.prims.instances import places_of
 from usdsdg.stage.world_values import WorldValues
 
 _PROTOTYPES = "prototypes"

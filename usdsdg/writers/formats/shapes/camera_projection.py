@@ -16,8 +16,9 @@ from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURE
 from usdsdg.stage.cameras.lenses import make_lens
 
 Params = Mapping[str, Any]
-# Line segments per edge for lenses with curved edges: those of a panorama pass its poles within a few of them.
-_CURVE_SEGMENTS = 256
+# Line segments per edge for lenses with curved edges. One whose middle is drawn so far [pixels] beside it is halved, so
+# many times at most: those of a panorama pass its poles within a few of 256.
+_CURVE_SEGMENTS, _BESIDE, _HALVINGS = 32, 0.25, 3
 
 
 def has_near_plane(params: Params) -> bool:
@@ -121,12 +122,27 @@ def edge_pixels(edges: np.ndarray, params: Params) -> list[np.ndarray]:
     parts = np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)
     seen = in_front(parts, params)
     owner = np.repeat(np.arange(len(edges)), pieces)[seen]
-    pixels = project(clip_to_front(parts, params), params).reshape(-1, 2, 2)
+    parts = clip_to_front(parts, params)
+    for _ in range(_HALVINGS if pieces > 1 else 0):
+        parts, owner = _halved_where_bent(parts, owner, params)
+    pixels = project(parts, params).reshape(-1, 2, 2)
     if pieces > 1:
         # A segment across the seam of a panorama would be drawn through the whole image.
         short = np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < int(params["renderProductResolution"][0]) / 2
         pixels, owner = pixels[short], owner[short]
     return np.split(pixels, np.searchsorted(owner, np.arange(1, len(edges)))) if len(edges) else []
+
+
+def _halved_where_bent(segments: np.ndarray, owner: np.ndarray, params: Params) -> tuple[np.ndarray, np.ndarray]:
+    """Return segments (N, 2, 3) and the edges that they are of, with those in halves whose middles are beside them."""
+    points = np.stack([segments[:, 0], segments.mean(axis=1), segments[:, 1]], axis=1)
+    pixels = project(points, params).reshape(-1, 3, 2)
+    bent = np.abs(pixels[:, 1] - (pixels[:, 0] + pixels[:, 2]) / 2).max(axis=1) > _BESIDE
+    count = 1 + bent
+    halves = np.repeat(segments, count, axis=0)
+    first = (np.cumsum(count) - count)[bent]
+    halves[first, 1] = halves[first + 1, 0] = points[bent, 1]
+    return halves, np.repeat(owner, count)
 
 
 def in_front(segments: np.ndarray, params: Params) -> np.ndarray:

@@ -9,11 +9,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Usd
 
 from usdsdg.arguments.registry import near_misses
-from usdsdg.compat import used_stage
-from usdsdg.compat.isaacsim.core.experimental.prims import Prim
+from usdsdg.compat.isaacsim.core.experimental.materials.material import Material
 from usdsdg.compat.wrappers import prim_paths
 from usdsdg.compat.wrappers.arrays import as_numpy, as_warp, names
 
@@ -42,7 +41,7 @@ _BITS = {"base": (0, 8), "coating": (8, 3), "attributes": (11, 5)}
 Texts = str | Sequence[str]
 
 
-class NonVisualMaterial(Prim):
+class NonVisualMaterial(Material):
     """Materials with a base, a coating and an attribute, beside what a visual material says of them."""
 
     def __init__(
@@ -59,23 +58,14 @@ class NonVisualMaterial(Prim):
             AssertionError: a prim is no material.
             ValueError: some prims exist and others do not, or a text is not known.
         """
-        existing, missing = self.resolve_paths(paths)
-        for path in missing:
-            UsdShade.Material.Define(used_stage.current_stage(), path)
-        super().__init__(existing or missing, resolve_paths=False)
+        super().__init__(paths)
         for prim in self.prims:
-            if not prim.IsA(UsdShade.Material):
-                raise AssertionError(f"{prim.GetPath()} is no material")
             for kind in _NUMBERS:
                 if not prim.HasAttribute(f"{PREFIX}:{kind}"):
                     prim.CreateAttribute(f"{PREFIX}:{kind}", Sdf.ValueTypeNames.String, custom=True).Set(NONE)
         for kind, values in (("base", bases), ("coating", coatings), ("attributes", attributes)):
             if values is not None:
                 self._write(kind, values, None)
-
-    @property
-    def materials(self) -> list[UsdShade.Material]:
-        return [UsdShade.Material(prim) for prim in self.prims]
 
     def set_bases(self, bases: Texts, *, indices: Indices = None) -> None:
         """Set what the materials are of; one text serves for all.

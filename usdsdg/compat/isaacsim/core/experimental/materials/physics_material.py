@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Usd, UsdPhysics, UsdShade
 
-from usdsdg.compat import used_stage
-from usdsdg.compat.isaacsim.core.experimental.prims import Prim
+from usdsdg.compat.isaacsim.core.experimental.materials.material import Material
 from usdsdg.compat.wrappers import bodies, prim_paths
 from usdsdg.compat.wrappers.arrays import as_warp, column, names
 from usdsdg.stage.schemas import physx
@@ -22,12 +21,8 @@ if TYPE_CHECKING:
 PrimOrPath = str | Usd.Prim
 
 
-class PhysicsMaterial(Prim):
+class PhysicsMaterial(Material):
     """Materials for physics."""
-
-    @property
-    def materials(self) -> list[UsdShade.Material]:
-        return [UsdShade.Material(prim) for prim in self.prims]
 
     @classmethod
     def are_of_type(cls, paths: PrimOrPath | Sequence[PrimOrPath]) -> wp.array:
@@ -59,13 +54,8 @@ class RigidBodyMaterial(PhysicsMaterial):
             AssertionError: a prim is no material.
             ValueError: some prims exist and others do not.
         """
-        existing, missing = self.resolve_paths(paths)
-        for path in missing:
-            UsdShade.Material.Define(used_stage.current_stage(), path)
-        super().__init__(existing or missing, resolve_paths=False)
+        super().__init__(paths)
         for prim in self.prims:
-            if not prim.IsA(UsdShade.Material):
-                raise AssertionError(f"{prim.GetPath()} is no material")
             UsdPhysics.MaterialAPI.Apply(prim)
             physx.PhysxMaterialAPI.Apply(prim)
         if static_frictions is not None or dynamic_frictions is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
-from usdsdg.compat.isaacsim.core.experimental.prims import Prim
+from usdsdg.compat.isaacsim.core.experimental.materials.material import Material
 from usdsdg.compat.wrappers import prim_paths, shaders
 from usdsdg.compat.wrappers.arrays import as_numpy, as_warp, names, rows
 from usdsdg.errors import warn_once
@@ -25,29 +25,11 @@ _FRACTIONS = (
 )  # fmt: skip
 
 
-class VisualMaterial(Prim):
+class VisualMaterial(Material):
     """Materials of one kind, with the inputs of their shaders."""
 
+    _noun = ""
     _inputs: ClassVar[Mapping[str, Sdf.ValueTypeName]] = {}
-
-    def __init__(self, paths: str | Sequence[str]) -> None:
-        """Wrap the materials at these paths, or define them.
-
-        Raises:
-            AssertionError: a prim is no material of this kind.
-            ValueError: some prims exist and others do not.
-        """
-        existing, missing = self.resolve_paths(paths)
-        for path in missing:
-            self._define(path)
-        for path in existing:
-            if not self._is_kind(prim_paths.prim_of(path)):
-                raise AssertionError(f"{path} is no {type(self).__name__}")
-        super().__init__(existing or missing, resolve_paths=False)
-
-    @property
-    def materials(self) -> list[UsdShade.Material]:
-        return [UsdShade.Material(prim) for prim in self.prims]
 
     @property
     def shaders(self) -> list[UsdShade.Shader]:

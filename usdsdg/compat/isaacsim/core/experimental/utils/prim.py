@@ -12,7 +12,7 @@ from pxr import Sdf, Usd, UsdPhysics
 from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers.prim_paths import existing_prim, matching_paths, prim_of
 from usdsdg.errors import BadPrim
-from usdsdg.stage.variants import select_variant
+from usdsdg.stage.prims.variants import select_variant
 
 PrimOrPath = str | Usd.Prim
 Predicate = Callable[[Usd.Prim, str], bool]

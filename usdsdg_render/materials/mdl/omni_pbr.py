@@ -13,7 +13,7 @@ from pxr import Gf, UsdShade, Vt
 
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images.textures import TextureUse
-from usdsdg_render.materials.mdl_inputs import (
+from usdsdg_render.materials.mdl.inputs import (
     BLACK,
     WHITE,
     blended,

@@ -13,7 +13,7 @@ from usdsdg.datasets.formats.coco import decoded
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import BACKGROUND, Thing, Truth, text_of
 from usdsdg.verify.checks.compare import differs, of_pixels, pairs, text
-from usdsdg.verify.checks.own_points import check_coordinates, check_keypoints
+from usdsdg.verify.checks.formats.own_points import check_coordinates, check_keypoints
 from usdsdg.verify.checks.rectangles import problem_of
 from usdsdg.writers.formats.shapes.masks import extent
 

@@ -6,7 +6,7 @@ Subsurface scattering becomes a diffuse color; glass is tinted where light enter
 
 from pxr import UsdShade
 
-from usdsdg_render.materials.mdl_inputs import (
+from usdsdg_render.materials.mdl.inputs import (
     BLACK,
     WHITE,
     blended,

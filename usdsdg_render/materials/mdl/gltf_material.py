@@ -10,7 +10,7 @@ from dataclasses import replace
 from pxr import UsdShade
 
 from usdsdg_render.images.textures import TextureUse
-from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
+from usdsdg_render.materials.mdl.inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance, texture_file
 from usdsdg_render.materials.shading import Input, Material

@@ -8,11 +8,11 @@ from pxr import Sdf, UsdShade
 
 from usdsdg import errors
 from usdsdg_render.images import image_files
-from usdsdg_render.materials.gltf_material import read_gltf
-from usdsdg_render.materials.mdl_module import Preset, read_preset
+from usdsdg_render.materials.mdl.gltf_material import read_gltf
+from usdsdg_render.materials.mdl.module import Preset, read_preset
+from usdsdg_render.materials.mdl.omni_pbr import read_omni_pbr, read_omni_pbr_clearcoat
+from usdsdg_render.materials.mdl.omni_surface import read_omni_glass, read_omni_surface
 from usdsdg_render.materials.network import Network
-from usdsdg_render.materials.omni_pbr import read_omni_pbr, read_omni_pbr_clearcoat
-from usdsdg_render.materials.omni_surface import read_omni_glass, read_omni_surface
 from usdsdg_render.materials.shading import Material
 
 

@@ -1,0 +1,1 @@
+"""MDL materials of Omniverse: their files, and the templates that these call."""
