@@ -79,6 +79,14 @@ class BinCameras(CameraConfig):
 class BinPickingConfig(JobConfig):
     """All keys of the bin picking job."""
 
+    other_names = {
+        "num_frames": "drops, and frames_per_drop for each camera",
+        "num_cameras": "cameras.count",
+        "camera": "cameras",
+        "objects": "parts",
+        "backgrounds": "table and skies",
+    }
+
     meshes: Folder = Field(
         default="", validate_default=True, description="a folder of meshes or USD files; empty for parts made by code"
     )

@@ -87,6 +87,8 @@ class Backgrounds(Section):
 class DetectionConfig(JobConfig):
     """All keys of the detection job."""
 
+    other_names = {"drops": "num_frames", "cameras": "camera", "parts": "objects"}
+
     num_frames: PlannedCount = Field(default=20, description="number of pictures, 1 to 1,000,000")
     meshes: Text = Field(
         default="/Isaac/Props/YCB/Axis_Aligned",

@@ -81,6 +81,15 @@ class PathTracing(Section):
 class ObjectBasedConfig(Section):
     """All options of the object-based scenario. Lengths are in meters, times in seconds."""
 
+    other_names = {
+        "output_dir": "writer_kwargs.output_dir",
+        "formats": "writer_type and writer_kwargs, such as YoloWriter and {output_dir: dataset}",
+        "splits": "writer_kwargs.splits, of writers that have it",
+        "meshes": "labeled_assets_and_properties, a list such as [{url: mug.obj, label: mug, count: 3}]",
+        "field_of_view": "camera_properties_kwargs, such as {focalLength: 24, horizontalAperture: 20.955}",
+        "rendering": "launch_config.renderer and path_tracing",
+    }
+
     launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
     env_url: Annotated[str, Field(strict=True)] = Field("", description="path of a USD stage, or empty for none")
     working_area_size: tuple[Length, Length, Length] = Field(
