@@ -41,7 +41,7 @@ class Bin(Section):
         default=None,
         description="inner width, depth and height [m], for example [0.4, 0.3, 0.15]; null to suit the parts",
     )
-    thickness: Length = Field(default=0.004, description="of its walls [m]")
+    thickness: Length = Field(default=0.004, description="thickness of its walls [m]")
 
 
 class Parts(Section):
