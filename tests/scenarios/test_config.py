@@ -130,6 +130,14 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
         ("shape_distractors_types: []\nshape_distractors_num: 3", "shape_distractors_types lists nothing"),
         ("mesh_distractors_urls: []\nmesh_distractors_num: 3", "mesh_distractors_urls lists nothing to choose from"),
         ("camera_properties_kwargs: {focalLenght: 3}", "did you mean focalLength?"),
+        (
+            "writer_type: YoloWriter\nwriter_kwargs: {output_dir: out, format: null}",
+            "line 2: writer_kwargs: YoloWriter has no option 'format'",
+        ),
+        (
+            "writer_type: DOPEWriter\nwriter_kwargs: {output_dir: out}",
+            "class_name_to_index_map: give it in writer_kwargs",
+        ),
         ("writer_type: PoseWritr", "writer_type: No writer is named 'PoseWritr'. Did you mean 'PoseWriter'"),
         (
             "camera_properties_kwargs: {clippingRange: 3}",

@@ -51,7 +51,10 @@ class Parts(Section):
     classes: Literal["mixed", "one"] = Field(
         default="mixed", description="mixed, or one: all parts of a drop are of one class"
     )
-    collider: Approximation = Field(default="convexDecomposition", description="convexHull, convexDecomposition or sdf")
+    collider: Approximation = Field(
+        default="convexDecomposition",
+        description="convexDecomposition, which keeps hollows, or convexHull; sdf becomes the former",
+    )
     max_time: SomeSeconds = Field(
         default=6.0, description="simulated seconds until the parts rest, at most; 3600 or less"
     )

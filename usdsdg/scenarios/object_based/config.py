@@ -3,6 +3,7 @@
 The default of a key is that of Isaac Sim's example.
 """
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -28,6 +29,8 @@ from usdsdg.scenarios.object_based.camera_properties import checked_camera_prope
 from usdsdg.scenarios.shared.sections import as_value_error
 from usdsdg.session.render_products import size_problem
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
+from usdsdg.writers.base import Writer
+from usdsdg.writers.options import check_names
 from usdsdg.writers.registry import registered
 
 
@@ -162,6 +165,14 @@ class ObjectBasedConfig(Section):
         if name is not None:
             as_value_error(registered.get, name)
         return name
+
+    @field_validator("writer_kwargs")
+    @classmethod
+    def _known_to_the_writer(cls, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        kind = registered.get(info.data["writer_type"]) if info.data.get("writer_type") else None
+        if kind is not None and kind.initialize is Writer.initialize:  # others take what they like
+            as_value_error(partial(check_names, place="in writer_kwargs"), kind.__name__, kind.__init__, options)
+        return options
 
     @field_validator("camera_properties_kwargs")
     @classmethod
