@@ -54,7 +54,7 @@ def test_a_picture_takes_the_place_of_the_one_that_is_there(tmp_path, monkeypatc
     assert pictures.make({"example_many_cameras"}) == [tmp_path / "example_many_cameras.png"]
     folders = (tmp_path, pictures.ROOT / "docs" / "images")
     made, shown = (np.asarray(Image.open(each / "example_many_cameras.png").convert("RGB")) for each in folders)
-    assert np.array_equal(made, shown)
+    assert (made != shown).any(axis=-1).mean() < 0.005  # pixels at edges may be others on a GPU
 
 
 def test_large_pictures_get_a_palette(tmp_path: Path):
