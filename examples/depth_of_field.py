@@ -11,7 +11,6 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-import warp as wp
 from PIL import Image
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
@@ -60,7 +59,6 @@ camera.AddTransformOp().Set(look_at_matrix((0, -6, 0.5), (0, 0, 0.5)))
 camera.CreateClippingRangeAttr((0.1, 1000.0))
 camera.CreateFocalLengthAttr(35.0)
 
-wp.config.log_level = wp.LOG_WARNING
 renderer = WarpRenderer(stage)
 renderer.sync()
 labels = renderer.labels(read_camera(stage, "/World/Camera", size), ["distance_to_image_plane"])

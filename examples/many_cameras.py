@@ -13,7 +13,6 @@ import math
 from pathlib import Path
 
 import numpy as np
-import warp as wp
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom
 
@@ -42,7 +41,6 @@ turns = np.arange(args.cameras) * 2 * math.pi / args.cameras
 poses = [np.array(look_at_matrix((6 * math.cos(turn), 6 * math.sin(turn), 2), (0, 0, 0.4))) for turn in turns]
 views = [CameraView(f"camera {k}", width, height, pose, focal_length=35.0) for k, pose in enumerate(poses)]
 
-wp.config.log_level = wp.LOG_WARNING
 renderer = WarpRenderer(stage)
 renderer.sync()
 batch = renderer.label_batch(views, ["instance"])

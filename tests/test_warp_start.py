@@ -42,6 +42,7 @@ def test_warp_says_nothing_where_there_is_no_gpu():
         "from isaacsim.core.experimental.utils import ops; ops.place([1.0, 2.0]); ops.parse_device(None)",
         "from isaacsim.core.simulation_manager import SimulationManager as m; m.set_device('cpu'); m.get_device()",
         "import omni.replicator.core as rep; rep.annotators.get('rgb', device='cpu')",
+        "from pxr import Usd; import usdsdg_render.renderer as r; r.WarpRenderer(Usd.Stage.CreateInMemory()).sync()",
     ],
 )
 def test_wrappers_whose_arrays_are_warps_start_it_without_a_word(use):

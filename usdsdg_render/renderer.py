@@ -10,6 +10,7 @@ import warp as wp
 
 from usdsdg.errors import RenderError
 from usdsdg.parallel import Later
+from usdsdg.warp_start import quiet_warp
 from usdsdg_render.device.forked_cuda import check_not_forked
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.labels.label_batch import LabelBatch
@@ -238,6 +239,7 @@ def chosen_device(device: str | None) -> str:
     Raises:
         RenderError: there is no such device, or it is a CUDA device in a process that was forked from one with CUDA.
     """
+    quiet_warp()
     if device is None:
         device = "cuda:0" if wp.is_cuda_available() else "cpu"
     try:

@@ -6,7 +6,10 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("errors", "image_files", "kernels", "listeners", "operating_system", "parallel", "readback", "stage")
+OF_ENGINES = (
+    *("errors", "image_files", "kernels", "listeners", "operating_system", "parallel", "readback", "stage"),
+    "warp_start",
+)
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import yaml
 from usdsdg.cli.commands.generate import generate
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios import config_errors
-from usdsdg.scenarios.jobs import load_job
+from usdsdg.scenarios.jobs import JOBS, load_job
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -129,6 +130,14 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
         ("shape_distractors_types: []\nshape_distractors_num: 3", "shape_distractors_types lists nothing"),
         ("mesh_distractors_urls: []\nmesh_distractors_num: 3", "mesh_distractors_urls lists nothing to choose from"),
         ("camera_properties_kwargs: {focalLenght: 3}", "did you mean focalLength?"),
+        (
+            "writer_type: YoloWriter\nwriter_kwargs: {output_dir: out, format: null}",
+            "line 2: writer_kwargs: YoloWriter has no option 'format'",
+        ),
+        (
+            "writer_type: DOPEWriter\nwriter_kwargs: {output_dir: out}",
+            "class_name_to_index_map: give it in writer_kwargs",
+        ),
         ("writer_type: PoseWritr", "writer_type: No writer is named 'PoseWritr'. Did you mean 'PoseWriter'"),
         (
             "camera_properties_kwargs: {clippingRange: 3}",
@@ -142,6 +151,10 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
         ("shape_distractors_scale_min_max: [1, 1e300]", "less than or equal to 1000000"),
         ("path_tracing: {spp: 10000000000}", "less than or equal to 1048576"),
         ("workers: 4", "workers: unknown key; it is the option --workers of `usdsdg generate`"),
+        ("output_dir: dataset", "output_dir: unknown key; here it is writer_kwargs.output_dir"),
+        ("spp: 3", "spp: unknown key; did you mean path_tracing.spp?"),
+        ("path_tracing: {num_frames: 3}", "path_tracing.num_frames: unknown key; num_frames stands at the top of"),
+        ("window: 3", "window: unknown key; known here: launch_config"),
         ("assets-root: /assets", "assets-root: unknown key; it is the option --assets-root of"),
         ("num_frames: 3\nnum_frames: 4", "num_frames: given twice (also on line 1)"),
     ],
@@ -150,6 +163,16 @@ def test_every_mistake_names_the_key_and_the_expected_value(written, text, expec
     messages = problems(written(f"{text}\n{TARGET}"))
     assert len(messages) == 1
     assert expected in messages[0]
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_names_of_other_jobs_are_told_with_keys_that_there_are(job):
+    model = JOBS[job].model
+    known = {key for other in JOBS.values() for key in other.model.model_fields} | {"field_of_view"}
+    for name, meant in model.other_names.items():
+        assert name not in model.model_fields
+        assert name in known
+        assert re.split(r"[^a-z_]", meant)[0] in model.model_fields
 
 
 def test_all_options_of_the_command_are_told_from_keys():

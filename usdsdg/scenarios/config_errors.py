@@ -76,9 +76,7 @@ def _problem(detail: ErrorDetails, model: type[BaseModel], *, hints: bool) -> Pr
             flag = f"--{option.replace('_', '-')}"
             return Problem(key_path, f"{key}: unknown key; it is the option {flag} of `usdsdg generate`")
         section = _section(model, key_path[:-1])
-        known = list(section.model_fields) if section else []
-        hint = suggestion(str(key_path[-1]), known) or f"; known here: {', '.join(known)}"
-        return Problem(key_path, f"{key}: unknown key{hint}")
+        return Problem(key_path, f"{key}: unknown key{_hint(str(key_path[-1]), section, model)}")
     expected = _description(model, key_path)
     wanted = f"; expected {expected}" if expected else ""
     if detail["type"] == "missing":
@@ -93,6 +91,30 @@ def _problem(detail: ErrorDetails, model: type[BaseModel], *, hints: bool) -> Pr
     requirement = detail["msg"].removeprefix("Input should be ")
     verb = "must be " if requirement != detail["msg"] else ""
     return Problem(key_path, f"{key}: {shown(detail['input'])}: {verb}{requirement}{wanted}")
+
+
+def _hint(name: str, section: type[BaseModel] | None, model: type[BaseModel]) -> str:
+    """Return what may be meant by a key that a section does not have, else the keys that it has."""
+    meant = getattr(section, "other_names", {}).get(name)
+    if meant:
+        return f"; here it is {meant}"
+    deeper = _deeper(section, name) if section else []
+    if deeper:
+        return f"; did you mean {' or '.join(deeper)}?"
+    if section is not model and name in model.model_fields:
+        return f"; {name} stands at the top of the file"
+    known = list(section.model_fields) if section else []
+    return suggestion(name, known) or f"; known here: {', '.join(known)}"
+
+
+def _deeper(section: type[BaseModel], name: str) -> list[str]:
+    """Return the dotted keys of the mappings in a section whose last part is `name`."""
+    found = []
+    for key, field in section.model_fields.items():
+        inner = _model_in(field.annotation)
+        if isinstance(inner, type) and issubclass(inner, BaseModel) and typing.get_origin(field.annotation) is not list:
+            found += [f"{key}.{each}" for each in ([name] if name in inner.model_fields else _deeper(inner, name))]
+    return found
 
 
 def _section(model: type[BaseModel], key_path: KeyPath) -> type[BaseModel] | None:

@@ -1,6 +1,6 @@
 """Types of values in configurations: numbers with bounds, ranges, texts."""
 
-from typing import Annotated, Literal, TypeVar
+from typing import Annotated, ClassVar, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
@@ -65,3 +65,5 @@ class Section(BaseModel):
     """A mapping of a configuration: unknown keys are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    # Keys that users of other jobs may write here, with what does the same.
+    other_names: ClassVar[dict[str, str]] = {}

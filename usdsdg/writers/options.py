@@ -46,8 +46,10 @@ _WORDS: dict[Any, str] = {
 }
 
 
-def check_names(writer: str, init: Callable[..., None], options: Collection[str]) -> None:
-    """Check the names of `options` against the parameters of a writer's `init`.
+def check_names(
+    writer: str, init: Callable[..., None], options: Collection[str], *, place: str = "to initialize(...)"
+) -> None:
+    """Check the names of `options` against the parameters of a writer's `init`; `place` is where they are given.
 
     Raises:
         WriterError: an option is unknown, or a required one is missing; the message lists near misses or all options.
@@ -62,7 +64,7 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
                 raise WriterError(f"{writer} has no option {name!r}. {hint if known else 'It has none.'}")
     needed = [p.name for p in parameters if p.name in known and p.default is p.empty]
     if missing := [name for name in needed if name not in options]:
-        raise WriterError(f"{writer} needs {', '.join(missing)}: give it to initialize(...).")
+        raise WriterError(f"{writer} needs {', '.join(missing)}: give {'them' if missing[1:] else 'it'} {place}.")
 
 
 def named_only(initialize: Callable[..., None]) -> Callable[..., None]:

@@ -1,5 +1,6 @@
 """Read the attributes of a UsdGeomMesh that determine its triangles, as zero-copy arrays."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -96,7 +97,7 @@ def read_mesh(
     time: Usd.TimeCode,
     *,
     uv_name: str = "",
-    subsets: list[Usd.Prim] | None = None,
+    subsets: Sequence[Usd.Prim] = (),
     colored: tuple[int, ...] = (),
 ) -> MeshSource | None:
     """Read a mesh at `time`; None (with a warning) when it has no points or faces.
@@ -134,8 +135,8 @@ def read_mesh(
         indices=indices,
         holes=EMPTY if holes is None else holes,
         normals=_normals(prim, time),
-        uvs=None if len(colored) > len(subsets or ()) else read_uvs(prim, time, uv_name),
-        subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
+        uvs=None if len(colored) > len(subsets) else read_uvs(prim, time, uv_name),
+        subsets=tuple(_subset_faces(subset, time) for subset in subsets),
         left_handed=token(prim, "orientation", time, ("rightHanded", "leftHanded")) == "leftHanded",
         scheme=scheme,
         refinement=None if scheme == "none" else _refinement(prim, time),

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
@@ -15,11 +15,12 @@ from usdsdg_render.geometry.element_values import element_colors, element_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
 from usdsdg_render.geometry.nurbs_patch import read_patch
+from usdsdg_render.geometry.prim_surface import PrimSurface
 from usdsdg_render.geometry.primvar_faults import warn_of_excess
 from usdsdg_render.geometry.skinned_mesh import skinned
 from usdsdg_render.geometry.slot_uvs import with_uvs_of_slots
 from usdsdg_render.scene.scene import Prototype
-from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, PATCH, kind_of
+from usdsdg_render.usd.prim_kinds import CURVES, MESH, PATCH
 
 # Unused prototypes are kept up to this many triangles in all, for scripts that hide and show objects.
 MAX_IDLE_TRIANGLES = 1_000_000
@@ -54,52 +55,32 @@ class PrototypeCache:
         """Forget which specs were read: the stage may have changed since the last pass."""
         self._by_specs.clear()
 
-    def points(
-        self,
-        prim: Usd.Prim,
-        time: Usd.TimeCode,
-        uv_names: tuple[str, ...],
-        subsets: list[Usd.Prim],
-        *,
-        own: bool = False,
-        colored: tuple[int, ...] = (),
-    ) -> Prototype | None:
+    def points(self, surface: PrimSurface, *, own: bool = False) -> Prototype | None:
         """Return the prototype of a mesh, a patch, curves or points; None (with a warning) when it has no surface.
 
-        uv_names: primvar of the texture coordinates: none where any will do, one for all material slots, or one for
-            each.
         own: not to be shared by specs: a skeleton deforms it, or it varies with time, which layer offsets may make
             differ between references to one layer.
-        colored: material slots that show displayColor and displayOpacity that vary over it.
         """
         if own:
-            return self._read(prim, time, uv_names, subsets, colored)
-        above = tuple(_inherited_uvs(prim, name) for name in uv_names)
-        specs = (kind_of(prim), uv_names, colored, above, _specs(prim), *(_specs(subset) for subset in subsets))
+            return self._read(surface)
+        specs = surface.specs()
         if specs not in self._by_specs:
-            self._by_specs[specs] = self._read(prim, time, uv_names, subsets, colored)
+            self._by_specs[specs] = self._read(surface)
         return self._by_specs[specs]
 
-    def _read(
-        self,
-        prim: Usd.Prim,
-        time: Usd.TimeCode,
-        uv_names: tuple[str, ...],
-        subsets: list[Usd.Prim],
-        colored: tuple[int, ...],
-    ) -> Prototype | None:
-        kind = kind_of(prim)
-        if kind in (MESH, PATCH):
-            return self._read_mesh(prim, time, uv_names, subsets, colored)
-        tessellate = tubes.tessellate_curves if kind == CURVES else tubes.tessellate_points
-        surface = tessellate(prim, time, self.skinning)
-        if surface is None:
+    def _read(self, surface: PrimSurface) -> Prototype | None:
+        if surface.kind in (MESH, PATCH):
+            return self._read_mesh(surface)
+        prim, time, uv_names = surface.prim, surface.time, surface.uv_names
+        tessellate = tubes.tessellate_curves if surface.kind == CURVES else tubes.tessellate_points
+        tessellation = tessellate(prim, time, self.skinning)
+        if tessellation is None:
             return None
-        colors = element_colors(prim, time, surface) if colored else None
-        uvs = element_uvs(prim, time, uv_names[0], surface) if uv_names and not colored else None
+        colors = element_colors(prim, time, tessellation) if surface.colored else None
+        uvs = element_uvs(prim, time, uv_names[0], tessellation) if uv_names and not surface.colored else None
         if uvs is not None:
-            surface = surface._replace(uvs=uvs)
-        return self._share_tessellation(str(prim.GetPath()), surface, colors)
+            tessellation = tessellation._replace(uvs=uvs)
+        return self._share_tessellation(surface.path, tessellation, colors)
 
     def _share_tessellation(self, path: str, surface: tubes.Tessellation, colors: np.ndarray | None) -> Prototype:
         content = _digest("round", surface if colors is None else (*surface, colors))
@@ -120,24 +101,18 @@ class PrototypeCache:
         assert found is not None
         return found
 
-    def _read_mesh(
-        self,
-        prim: Usd.Prim,
-        time: Usd.TimeCode,
-        uv_names: tuple[str, ...],
-        subsets: list[Usd.Prim],
-        colored: tuple[int, ...],
-    ) -> Prototype | None:
+    def _read_mesh(self, surface: PrimSurface) -> Prototype | None:
+        prim, time, uv_names = surface.prim, surface.time, surface.uv_names
         uv_name = "".join(uv_names[:1])
-        is_patch = kind_of(prim) == PATCH
+        is_patch = surface.kind == PATCH
         if is_patch:
-            source = read_patch(prim, time, self.skinning, uv_name=uv_name, colored=colored)
+            source = read_patch(prim, time, self.skinning, uv_name=uv_name, colored=surface.colored)
         else:
-            source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets, colored=colored)
+            source = read_mesh(prim, time, uv_name=uv_name, subsets=surface.subsets, colored=surface.colored)
         if source is None:
             return None
         # No material reads texture coordinates without a name.
-        warn_of_excess(str(prim.GetPath()), source if any(uv_names) else source._replace(uvs=None))
+        warn_of_excess(surface.path, source if any(uv_names) else source._replace(uvs=None))
         if len(uv_names) > 1:
             source = with_uvs_of_slots(source, prim, time, uv_names)
         if not is_patch:  # of which the control points were skinned
@@ -152,7 +127,7 @@ class PrototypeCache:
             if content in self._by_content:
                 # One entry by address is enough: a crate file unpacks to another address at every read.
                 return self._by_content[content]
-            prototype = self._by_content[content] = self._paint(str(prim.GetPath()), source, shape)
+            prototype = self._by_content[content] = self._paint(surface.path, source, shape)
             entry = self._by_address[addresses] = (source, prototype)
             if prototype is not None and prototype.corners is not None:
                 self._unpainted_content[places] = unpainted, shape
@@ -223,23 +198,6 @@ def _warn_if_extreme(prototype: Prototype) -> Prototype:
             f"other units, and scale the prim."
         )
     return prototype
-
-
-def _specs(prim: Usd.Prim) -> tuple:
-    """Return the (layer, path) of the specs of a prim that may affect its geometry, not only its physics or labels."""
-    return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack() if _affects_geometry(spec))
-
-
-def _inherited_uvs(prim: Usd.Prim, uv_name: str) -> str:
-    """Return where the texture coordinates are that a mesh inherits from a prim above; "" for its own, or none."""
-    if not uv_name or prim.HasAttribute(f"primvars:{uv_name}"):
-        return ""
-    inherited = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(uv_name)
-    return str(inherited.GetAttr().GetPath()) if inherited else ""
-
-
-def _affects_geometry(spec: Sdf.PrimSpec) -> bool:
-    return any(not name.startswith(IGNORED_PREFIXES) for name in spec.properties.keys())  # noqa: SIM118
 
 
 def _addresses(source: MeshSource) -> tuple[Any, ...]:

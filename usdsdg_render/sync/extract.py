@@ -16,6 +16,7 @@ from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.mesh_source import UV_NAMES
+from usdsdg_render.geometry.prim_surface import PrimSurface
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
 from usdsdg_render.lights.stage_lights import StageLights
@@ -252,9 +253,8 @@ class SceneExtractor:
                 prototype = self._prototypes.shape(gprim.prim, self._time)
             else:
                 own = gprim.path in self._skinned or gprim.path in self._animation.geometry
-                prototype = self._prototypes.points(
-                    gprim.prim, self._time, uv_names, gprim.subsets, own=own, colored=colored
-                )
+                surface = PrimSurface(gprim.prim, self._time, uv_names, tuple(gprim.subsets), colored)
+                prototype = self._prototypes.points(surface, own=own)
             gprim.geometry = uv_names, colored, prototype
             if self._progress is not None:
                 self._progress("geometry", done + 1, len(unread))

@@ -130,6 +130,8 @@ def test_the_command_reports_lines_and_ends_with_1_if_a_name_is_missing(tmp_path
     assert re.search(rf"missing       omni\.replicator\.core\.randomizer\.shape: .*{re.escape(meant)}\n", own)
     assert own.count("did you mean") == 1
     assert meant in usdsdg("run", "own.py", cwd=tmp_path, expect=1).stderr
+    (tmp_path / "ours.py").write_text("import usdsdg as rep\nrep.create.cube()\n")
+    assert "nothing of Isaac Sim or Omniverse is imported" in usdsdg("compat", "ours.py", cwd=tmp_path).stdout
     (tmp_path / "wrong.py").write_text("def (")
     with_wrong = usdsdg("compat", "wrong.py", "good.py", cwd=tmp_path, expect=1)
     assert with_wrong.stdout == good

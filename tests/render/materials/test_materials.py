@@ -1432,6 +1432,11 @@ def test_inputs_of_many_materials_that_are_out_of_range_are_named_each():
         ("metallic_constant", 2.0, "its metallic is 2, of which 1"),
         ("specular_level", -1.0, "inputs:specular_level is -1, of which 0 is used. Author 0 or more"),
         ("diffuse_color_constant", (-1.0, 0.5, 0.5), "inputs:diffuse_color_constant has a negative color"),
+        (
+            "diffuse_color_constant",
+            (255.0, 128.0, 0.0),
+            "is 255, .* divide levels of 0 to 255 by 255",
+        ),
     ],
 )
 def test_numbers_of_omni_pbr_out_of_range_are_named(name, value, said):

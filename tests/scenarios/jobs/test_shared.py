@@ -109,6 +109,14 @@ def test_pictures_that_cannot_be_opened_are_named(tmp_path):
         pictures_in(str(tmp_path))
 
 
+def test_an_option_that_a_format_needs_is_asked_for_where_a_configuration_has_it():
+    with pytest.raises(ConfigError) as caught:
+        load_job(CONFIGS / "detection.yaml", ["formats={dope: {}}"])
+    assert str(caught.value).endswith(
+        "DOPEWriter needs class_name_to_index_map: give it as an option: formats: {dope: {option: value}}."
+    )
+
+
 def test_all_mistakes_are_reported_at_once_with_what_is_expected(tmp_path):
     mistakes = {
         "meshes": str(tmp_path / "none"),

@@ -342,7 +342,7 @@ def test_truncation_is_the_share_of_the_rectangle_outside(tmp_path):
     # Its near face, 9.5 m away, has its middle on the left border of the picture.
     edge = 9.5 * 0.5 * 20.955 / 24.0
     add_cube(stage, "/World/Cube", "cube", translate=(-edge, 0, 0))
-    write(tmp_path, make_frame(stage, (1000, 1000)))
+    write(tmp_path, make_frame(stage, (100, 100)))
     (seen,) = read(tmp_path)["objects"]
     low, high = projected_rectangle(seen)
     assert seen["truncation_ratio"] == pytest.approx(1 - high[0] / (high[0] - low[0]))

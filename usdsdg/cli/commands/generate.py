@@ -58,7 +58,13 @@ def _meant(name: str) -> str:
 
 @click.command(cls=Command, epilog=epilog("generate"), meant=_meant)
 @argument("config", type=PATH, help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
-@click.option("--set", "set_", multiple=True, help="Override a key: num_frames=3, resolution=[320,240].")
+@click.option(
+    "--set",
+    "set_",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Override a key, such as num_frames=3 or camera.field_of_view=60; repeatable, one key each.",
+)
 @map_option
 @assets_root_option
 @device_option

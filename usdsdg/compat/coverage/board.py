@@ -79,6 +79,8 @@ def totals(count: Counter[str]) -> str:
 
 def report_text(rows: Sequence[Row], *, supported: bool = False) -> str:
     """Return the report on scripts: totals, then what is not supported, or everything, with lines and reasons."""
+    if not rows:
+        return "0 names: nothing of Isaac Sim or Omniverse is imported. Names of `usdsdg` itself are not looked up."
     count = Counter(row.state for row in rows)
     lines = [f"{len(rows)} names: " + ", ".join(f"{count[state]} {state}" for state in STATES)]
     if count[PARTIAL]:

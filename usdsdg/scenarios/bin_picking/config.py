@@ -41,7 +41,7 @@ class Bin(Section):
         default=None,
         description="inner width, depth and height [m], for example [0.4, 0.3, 0.15]; null to suit the parts",
     )
-    thickness: Length = Field(default=0.004, description="of its walls [m]")
+    thickness: Length = Field(default=0.004, description="thickness of its walls [m]")
 
 
 class Parts(Section):
@@ -51,7 +51,10 @@ class Parts(Section):
     classes: Literal["mixed", "one"] = Field(
         default="mixed", description="mixed, or one: all parts of a drop are of one class"
     )
-    collider: Approximation = Field(default="convexDecomposition", description="convexHull, convexDecomposition or sdf")
+    collider: Approximation = Field(
+        default="convexDecomposition",
+        description="convexDecomposition, which keeps hollows, or convexHull; sdf becomes the former",
+    )
     max_time: SomeSeconds = Field(
         default=6.0, description="simulated seconds until the parts rest, at most; 3600 or less"
     )
@@ -78,6 +81,14 @@ class BinCameras(CameraConfig):
 
 class BinPickingConfig(JobConfig):
     """All keys of the bin picking job."""
+
+    other_names = {
+        "num_frames": "drops, and frames_per_drop for each camera",
+        "num_cameras": "cameras.count",
+        "camera": "cameras",
+        "objects": "parts",
+        "backgrounds": "table and skies",
+    }
 
     meshes: Folder = Field(
         default="", validate_default=True, description="a folder of meshes or USD files; empty for parts made by code"

@@ -48,8 +48,8 @@ class Objects(Section):
 class Control(Section):
     """How many objects are hidden or cut off in part, and how far."""
 
-    share: Fraction = Field(default=0.3, description="of the objects, 0 to 1")
-    most: Fraction = Field(default=0.6, description="of one object, 0 to 1")
+    share: Fraction = Field(default=0.3, description="share of the objects, 0 to 1")
+    most: Fraction = Field(default=0.6, description="the most of one object that is hidden or cut off, 0 to 1")
 
 
 class Distractors(Section):
@@ -63,7 +63,9 @@ class Distractors(Section):
         description="any of capsule, cone, cylinder, sphere, cube",
     )
     meshes: Folder = Field(default="", description="a folder of meshes or USD files; empty for none")
-    size_in_image: Range = Field(default=(0.15, 0.6), description="fractions of the height, for example [0.15, 0.6]")
+    size_in_image: Range = Field(
+        default=(0.15, 0.6), description="smallest and largest size as a fraction of the height, such as [0.15, 0.6]"
+    )
 
     @field_validator("meshes")
     @classmethod
@@ -81,11 +83,13 @@ class Backgrounds(Section):
         default="/NVIDIA/Assets/Skies/Indoor",
         description="a folder of equirectangular pictures, such as .hdr files",
     )
-    share_of_pictures: Fraction = Field(default=0.6, description="of the frames, 0 to 1; the others show a sky")
+    share_of_pictures: Fraction = Field(default=0.6, description="share of the frames, 0 to 1; the others show a sky")
 
 
 class DetectionConfig(JobConfig):
     """All keys of the detection job."""
+
+    other_names = {"drops": "num_frames", "cameras": "camera", "parts": "objects"}
 
     num_frames: PlannedCount = Field(default=20, description="number of pictures, 1 to 1,000,000")
     meshes: Text = Field(

@@ -3,6 +3,7 @@
 The default of a key is that of Isaac Sim's example.
 """
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -28,6 +29,8 @@ from usdsdg.scenarios.object_based.camera_properties import checked_camera_prope
 from usdsdg.scenarios.shared.sections import as_value_error
 from usdsdg.session.render_products import size_problem
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
+from usdsdg.writers.base import Writer
+from usdsdg.writers.options import check_names
 from usdsdg.writers.registry import registered
 
 
@@ -80,6 +83,15 @@ class PathTracing(Section):
 
 class ObjectBasedConfig(Section):
     """All options of the object-based scenario. Lengths are in meters, times in seconds."""
+
+    other_names = {
+        "output_dir": "writer_kwargs.output_dir",
+        "formats": "writer_type and writer_kwargs, such as YoloWriter and {output_dir: dataset}",
+        "splits": "writer_kwargs.splits, of writers that have it",
+        "meshes": "labeled_assets_and_properties, a list such as [{url: mug.obj, label: mug, count: 3}]",
+        "field_of_view": "camera_properties_kwargs, such as {focalLength: 24, horizontalAperture: 20.955}",
+        "rendering": "launch_config.renderer and path_tracing",
+    }
 
     launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
     env_url: Annotated[str, Field(strict=True)] = Field("", description="path of a USD stage, or empty for none")
@@ -153,6 +165,14 @@ class ObjectBasedConfig(Section):
         if name is not None:
             as_value_error(registered.get, name)
         return name
+
+    @field_validator("writer_kwargs")
+    @classmethod
+    def _known_to_the_writer(cls, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        kind = registered.get(info.data["writer_type"]) if info.data.get("writer_type") else None
+        if kind is not None and kind.initialize is Writer.initialize:  # others take what they like
+            as_value_error(partial(check_names, place="in writer_kwargs"), kind.__name__, kind.__init__, options)
+        return options
 
     @field_validator("camera_properties_kwargs")
     @classmethod

@@ -31,7 +31,8 @@ def format_problems(formats: Mapping[str, Mapping[str, Any] | None]) -> list[str
             continue
         try:
             own = {"output_dir"} & inspect.signature(kind.__init__).parameters.keys()
-            check_names(kind.__name__, kind.__init__, {*(options or {}), *own})
+            place = f"as an option: formats: {{{name}: {{option: value}}}}"
+            check_names(kind.__name__, kind.__init__, {*(options or {}), *own}, place=place)
         except UsdsdgError as error:
             problems.append(str(error))
     return problems

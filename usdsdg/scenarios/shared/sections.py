@@ -63,8 +63,14 @@ class Rendering(Section):
 class Lights(Section):
     """How bright a white surface is, as fractions of white in the picture."""
 
-    sky: Range = Field(default=(0.25, 0.7), description="from the sky, for example [0.25, 0.7]")
-    lamps: Range = Field(default=(0.2, 0.9), description="from lamps, for example [0.2, 0.9]")
+    sky: Range = Field(
+        default=(0.25, 0.7),
+        description="brightness of a white surface under the sky, as fractions of white, such as [0.25, 0.7]",
+    )
+    lamps: Range = Field(
+        default=(0.2, 0.9),
+        description="brightness of it under lamps, such as [0.2, 0.9]; lamp_count: [0, 0] for no lamp",
+    )
     lamp_count: CountRange = Field(default=(0, 2), description="fewest and most lamps, for example [0, 2]")
 
 
@@ -83,10 +89,10 @@ class JobConfig(Section):
     )
     splits: dict[Text, Positive] = Field(description="shares of the parts, for example {train: 0.8, val: 0.2}")
     min_visibility: Fraction = Field(
-        default=0.0, description="objects of which less is visible are not labeled; a fraction, 0 to 1"
+        default=0.0, description="smallest visible fraction of an object that is labeled, 0 to 1"
     )
     min_pixels: AtLeastOne = Field(
-        default=1, description="objects with fewer visible pixels are not labeled; 1 or more"
+        default=1, description="fewest visible pixels of an object that is labeled, 1 or more"
     )
     resolution: tuple[AtLeastOne, AtLeastOne] | None = Field(
         default=None, description="width and height in pixels; null for those of the calibration, or 640 x 480"

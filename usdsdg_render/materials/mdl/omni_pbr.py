@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, UsdShade, Vt
 
+from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl.inputs import (
@@ -32,6 +33,9 @@ from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import UvTransform
+
+# A color that is brighter is one in levels of 0 to 255: scripts that mean to exaggerate stay below.
+_BRIGHTEST = 2.0
 
 COAT_IOR = 1.56
 
@@ -88,6 +92,12 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     add = network.number(shader, "albedo_add", 0.0)
     if min(constant) < 0.0:
         network.warn(shader, "inputs:diffuse_color_constant has a negative color, of which 0 is used. Correct it.")
+    if max(constant) > _BRIGHTEST:
+        errors.warn_once(
+            f"{shader.GetPath()}: inputs:diffuse_color_constant is {max(constant):g}, more light than "
+            "falls on it is reflected. Colors are 0 to 1: divide levels of 0 to 255 by 255.",
+            key="colors that reflect more light than there is",  # one for a thousand prims of a randomizer
+        )
     desaturation = network.number(shader, "albedo_desaturation", 0.0)
     red, green, blue = LUMINANCE.tolist()
     gray = red * constant[0] + green * constant[1] + blue * constant[2]
