@@ -58,6 +58,8 @@ MISTAKES = [
     Mistake("command", "generate detection.yaml --sett seed=3", "--set"),
     Mistake("command", "generate detection.yaml --num_frames 3", "--set num_frames"),
     Mistake("command", "generate detection.yaml num_frames=3", "--set num_frames=3"),
+    Mistake("command", "generate detection.yaml --output out", "--set output_dir="),
+    Mistake("command", "generate detection.yaml -o out", "--set output_dir="),
     Mistake("command", "generate detection.yaml --set formats=coco", "{yolo: {}, coco: {}}"),
     Mistake("command", "generate detection.yaml --shard 4/4", "0/4"),
     Mistake("command", "generate script.py", "usdsdg run"),

@@ -44,6 +44,10 @@ from usdsdg.errors import BadValue, counted
 RAY_THREADS, PARTS_ON_RAY = 2, 4
 
 
+# Options that name the output folder in other programs.
+_FOLDERS = ("o", "out", "output", "output_dir", "output_folder", "output_path")
+
+
 def _meant(name: str) -> str:
     """Return how a key of configurations is set, where it was given as an option or argument."""
     from usdsdg.scenarios.jobs import keys_of_jobs
@@ -51,6 +55,10 @@ def _meant(name: str) -> str:
     if name.rstrip().endswith(("]", "}")) and "=" not in name:  # the second half of --set key=[1, 2]
         return "Quote what has blanks: --set 'resolution=[320, 240]'"
     key, equals, value = name.lstrip("-").replace("-", "_").partition("=")
+    if key in _FOLDERS:
+        given = value if equals else "..."
+        of_writer = f"--set writer_kwargs.output_dir={given}"
+        return f"The folder of the dataset is a key: --set output_dir={given}, in object-based jobs {of_writer}"
     if key.partition(".")[0] not in keys_of_jobs():
         return ""
     return f"Keys of the configuration are set by --set {key}={value if equals else '...'}"
