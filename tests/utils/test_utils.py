@@ -134,7 +134,7 @@ def test_nodes_created_by_type_run_and_can_be_retargeted(stage):
         "omni.replicator.core.OgnWritePose", input_prims=first, **{"inputs:position": (1.0, 0.0, 0.0)}
     )
     assert rep.utils.get_replicator_graph_exists()
-    assert rep.utils.get_graph().GetPath() == "/Replicator/SDGPipeline"
+    assert rep.utils.get_graph().get_path_to_graph() == "/Replicator/SDGPipeline"
     assert rep.utils.get_node_targets(node, "inputs:prims") == [first]
     rep.utils.set_target_prims(node, "inputs:prims", [second])
     evaluate.graph().evaluate()
