@@ -160,7 +160,8 @@ def test_inputs_of_a_trigger_can_be_set_between_frames(stage):
     trigger.set_input("maxExecs", 5)
     step(3)
     assert shown == [0, 1, 2, 2, 3, 3, 4, 4, 4, 4]
-    assert (trigger.trigger.max_execs, trigger.trigger.rt_subframes) == (5, 2)
+    [made] = evaluate.graph().triggers
+    assert (made.max_execs, made.rt_subframes) == (5, 2)
 
 
 @pytest.mark.parametrize(
