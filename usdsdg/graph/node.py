@@ -21,6 +21,8 @@ from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
 _FAMILIES = ("create", "get", "modify", "randomizer", "distribution", "trigger", "physics", "settings", "utils")
+# The input of a group, as which Replicator's nodes hand on the prims that they have made or found.
+PRIMS_IN = "primsIn"
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
@@ -211,7 +213,8 @@ class ReplicatorItem:
     def get_inputs(self) -> dict[str, Any]:
         """Return the node's inputs by name, with the paths of the prims that it acts on."""
         takes_prims = current().graph.takes_prims(self.node)
-        return {**self.node.inputs, **({"prims": list(map(PrimPath, self.prims))} if takes_prims else {})}
+        name = "prims" if takes_prims else PRIMS_IN if self._is_of_prims() else ""
+        return {**self.node.inputs, **({name: list(map(PrimPath, self.prims))} if name else {})}
 
     def get_outputs(self) -> dict[str, Any]:
         """Return the outputs of the node by name: the paths of its prims, and how often it has run.
@@ -248,7 +251,7 @@ class ReplicatorItem:
         """
         name = name.removeprefix("inputs:")
         _named(self.node, dict.fromkeys(self._known_inputs()), name, "inputs:")
-        if name == "prims":
+        if name in ("prims", PRIMS_IN):
             current().graph.retarget(self.node, prim_paths(value))
             return
         before = dict(self.node.inputs)
@@ -258,6 +261,10 @@ class ReplicatorItem:
         except GraphError:
             self.node.inputs = before
             raise
+
+    def _is_of_prims(self) -> bool:
+        """Return whether the item is what its node has made or found, which can be replaced by other prims."""
+        return self._trigger is None and bool(self.node.prims)
 
     def _known_inputs(self) -> list[str]:
         return list(dict.fromkeys([*self.inputs, *current().graph.optional_inputs(self.node)]))
