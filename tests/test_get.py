@@ -109,6 +109,15 @@ def test_lists_of_paths_are_errors_that_say_what_to_give(stage, name):
         rep.get.prims(**{name: ["a", "b"]})
 
 
+def test_a_path_with_a_wildcard_is_an_error_with_the_pattern_that_finds_the_prims(stage):
+    names = [str(stage.DefinePrim(f"/World/objects/{name}", "Cube").GetPath()) for name in "ab"]
+    stage.DefinePrim("/World/objects/a/inner", "Cube")
+    with pytest.raises(BadPrim, match=r"is not the path of one prim") as caught:
+        rep.get.prim_at_path("/World/objects/*")
+    pattern = str(caught.value).partition("path_pattern='")[2].partition("'")[0]
+    assert list(rep.get.prims(path_pattern=pattern).prims) == names
+
+
 def test_functions_of_scripts_can_be_registered_in_get(stage):
     def crates():
         return get.prims(semantics=[("class", "crate")])

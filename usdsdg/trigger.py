@@ -162,9 +162,7 @@ def _check_condition(condition: Any) -> None:
 
 
 def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
-    node = Node(kind, inputs, name=name)
-    _CHECKS[kind](node)
-    return graph().add_trigger(trigger_of(node))
+    return graph().add_trigger(trigger_of(Node(kind, inputs, name=name)))
 
 
 def _check_limits(node: Node) -> None:
@@ -211,6 +209,7 @@ def trigger_of(node: Node) -> Trigger:
         )
     if node.kind not in makers:
         raise GraphError(f"a node of type {node.kind} is not a trigger; known: {', '.join(makers)}")
+    _CHECKS[node.kind](node)
     return makers[node.kind](node)
 
 
