@@ -4,7 +4,7 @@ import pytest
 
 import usdsdg as rep
 from usdsdg import get
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import ArgumentError, BadPrim, GraphError
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
@@ -101,6 +101,21 @@ def test_prims_at_paths(stage):
 def test_invalid_patterns_raise_errors(stage):
     with pytest.raises(GraphError, match="not a regular expression"):
         get.prims(path_pattern="(")
+
+
+@pytest.mark.parametrize("name", ["path_pattern", "path_match", "path_pattern_exclusion"])
+def test_lists_of_paths_are_errors_that_say_what_to_give(stage, name):
+    with pytest.raises(ArgumentError, match=rf"{name} is \['a', 'b'\]; expected one text; .*a\|b"):
+        rep.get.prims(**{name: ["a", "b"]})
+
+
+def test_a_path_with_a_wildcard_is_an_error_with_the_pattern_that_finds_the_prims(stage):
+    names = [str(stage.DefinePrim(f"/World/objects/{name}", "Cube").GetPath()) for name in "ab"]
+    stage.DefinePrim("/World/objects/a/inner", "Cube")
+    with pytest.raises(BadPrim, match=r"is not the path of one prim") as caught:
+        rep.get.prim_at_path("/World/objects/*")
+    pattern = str(caught.value).partition("path_pattern='")[2].partition("'")[0]
+    assert list(rep.get.prims(path_pattern=pattern).prims) == names
 
 
 def test_functions_of_scripts_can_be_registered_in_get(stage):

@@ -1,5 +1,6 @@
 """Render settings of a run, and units, up axis and physics time step of the stage. Mirrors `rep.settings`."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from numbers import Integral, Real
@@ -37,10 +38,13 @@ def carb_settings(setting: str, value: Any) -> ReplicatorItem | None:
 
 @action("OgnCarbSettings")
 def _write_drawn_setting(node: Node, execution: int) -> None:
-    """Set the setting of a `carb_settings` node to a new draw."""
+    """Set the setting of a `carb_settings` node to a new draw, rounded down where the setting is an integer."""
     key = node.inputs["attribute"]
     drawn = node.inputs["value"].sample(f"{node.key}/value", execution, [key])[0]
-    get_settings().set(key, drawn.tolist() if hasattr(drawn, "tolist") else drawn)
+    value, current = drawn.tolist() if hasattr(drawn, "tolist") else drawn, get_settings().get(key)
+    if isinstance(value, float) and isinstance(current, int) and not isinstance(current, bool):
+        value = math.floor(value)
+    get_settings().set(key, value)
 
 
 def get_physx_timestep() -> float:

@@ -4,7 +4,7 @@ import inspect
 import math
 from collections.abc import Callable
 from numbers import Real
-from typing import Any, TypedDict
+from typing import Any
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
@@ -41,7 +41,6 @@ def on_frame(
     Raises:
         GraphError: `interval` is not an integer or below 1, or another number is not an integer.
     """
-    whole_number("interval", interval, least=1)
     whole_number("num_frames", num_frames or 0)
     return _add("OgnOnFrame", name, interval=interval, maxExecs=max_execs or num_frames, rtSubframes=rt_subframes)
 
@@ -77,7 +76,7 @@ def on_time(
     """
     whole_number("num", num or 0)
     inputs = {"interval": interval, "maxExecs": max_execs or num, "rtSubframes": rt_subframes}
-    return _timed("on_time", name, enable_capture_on_play, resetPhysics=bool(reset_physics), **inputs)
+    return _timed(name, enable_capture_on_play, resetPhysics=bool(reset_physics), **inputs)
 
 
 def on_time_end(
@@ -96,15 +95,14 @@ def on_time_end(
         GraphError: `interval` is not above 0, or infinite.
     """
     inputs = {"interval": interval, "maxExecs": max_execs, "rtSubframes": rt_subframes}
-    return _timed("on_time_end", name, enable_capture_on_play, triggerOnLastFrame=True, **inputs)
+    return _timed(name, enable_capture_on_play, triggerOnLastFrame=True, **inputs)
 
 
-def _timed(function: str, name: str, capture_on_play: bool, *, interval: float, **inputs: Any) -> ReplicatorItem:
-    if not isinstance(interval, Real) or not 0 < interval < math.inf:
-        raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0, in seconds, and finite")
+def _timed(name: str, capture_on_play: bool, *, interval: float, **inputs: Any) -> ReplicatorItem:
+    made = _add("OgnOnTime", name, interval=interval, **inputs)
     if capture_on_play:
         get_settings().set("/omni/replicator/captureOnPlay", True)
-    return _add("OgnOnTime", name, interval=float(interval), **inputs)
+    return made
 
 
 def on_custom_event(event_name: str) -> ReplicatorItem:
@@ -113,8 +111,6 @@ def on_custom_event(event_name: str) -> ReplicatorItem:
     Raises:
         GraphError: `event_name` is not a string, or empty.
     """
-    if not isinstance(event_name, str) or not event_name:
-        raise GraphError(f"trigger.on_custom_event: event_name is {event_name!r}; expected a name")
     return _add("OnCustomEvent", event_name, eventName=event_name)
 
 
@@ -144,10 +140,9 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
         return "" if can_fire else f"trigger.on_condition {name!r} was false at the last {misses[0]} captures"
 
     inputs = {"maxExecs": max_execs, "rtSubframes": rt_subframes}
-    whole_number("max_execs", max_execs)
-    whole_number("rt_subframes", rt_subframes)
     node = Node("OgnConditionScript", inputs, name=name)
-    return graph().add_trigger(Trigger(node, due, max_execs, rt_subframes, blocked=blocked))
+    _check_limits(node)
+    return graph().add_trigger(Trigger(node, due, blocked=blocked, check=_check_limits))
 
 
 def _check_condition(condition: Any) -> None:
@@ -167,18 +162,41 @@ def _check_condition(condition: Any) -> None:
 
 
 def _add(kind: str, name: str, **inputs: Any) -> ReplicatorItem:
-    for role in ("maxExecs", "rtSubframes"):
-        whole_number({"maxExecs": "max_execs", "rtSubframes": "rt_subframes"}[role], inputs.get(role, 0))
     return graph().add_trigger(trigger_of(Node(kind, inputs, name=name)))
 
 
-class _Limits(TypedDict):
-    max_execs: int
-    rt_subframes: int
+def _check_limits(node: Node) -> None:
+    for role, argument in (("maxExecs", "max_execs"), ("rtSubframes", "rt_subframes")):
+        whole_number(argument, node.inputs.get(role, 0))
+
+
+def _check_frames(node: Node) -> None:
+    whole_number("interval", node.inputs["interval"], least=1)
+    _check_limits(node)
+
+
+def _check_time(node: Node) -> None:
+    interval = node.inputs["interval"]
+    if not isinstance(interval, Real) or not 0 < float(interval) < math.inf:
+        function = "on_time_end" if node.inputs.get("triggerOnLastFrame") else "on_time"
+        raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0, in seconds, and finite")
+    node.inputs["interval"] = float(interval)
+    _check_limits(node)
+
+
+def _check_event(node: Node) -> None:
+    event = node.inputs["eventName"]
+    if not isinstance(event, str) or not event:
+        raise GraphError(f"trigger.on_custom_event: event_name is {event!r}; expected a name")
+
+
+_CHECKS = {"OgnOnFrame": _check_frames, "OgnOnTime": _check_time, "OnCustomEvent": _check_event}
 
 
 def trigger_of(node: Node) -> Trigger:
     """Return the trigger that a node describes, new or from a saved graph.
+
+    Its inputs may be set later, as by `item.set_input`.
 
     Raises:
         GraphError: a trigger of the node's type cannot be made from its inputs.
@@ -191,29 +209,25 @@ def trigger_of(node: Node) -> Trigger:
         )
     if node.kind not in makers:
         raise GraphError(f"a node of type {node.kind} is not a trigger; known: {', '.join(makers)}")
-    limits: _Limits = {
-        "max_execs": int(node.inputs.get("maxExecs", 0)),
-        "rt_subframes": int(node.inputs.get("rtSubframes", 1)),
-    }
-    return makers[node.kind](node, limits)
+    _CHECKS[node.kind](node)
+    return makers[node.kind](node)
 
 
-def _on_frame(node: Node, limits: _Limits) -> Trigger:
-    interval = int(node.inputs["interval"])
-
+def _on_frame(node: Node) -> Trigger:
     def due(context: TriggerContext) -> bool:
-        return context.preview or (context.capture > 0 and context.capture % interval == 0)
+        return context.preview or (context.capture > 0 and context.capture % int(node.inputs["interval"]) == 0)
 
-    return Trigger(node, due, **limits)
+    return Trigger(node, due, check=_check_frames)
 
 
-def _on_time(node: Node, limits: _Limits) -> Trigger:
-    interval, last = float(node.inputs["interval"]), [0.0]
+def _on_time(node: Node) -> Trigger:
+    last = [0.0]
     at_end = bool(node.inputs.get("triggerOnLastFrame", False))
 
     def due(context: TriggerContext) -> bool:
         if context.preview:
             return not at_end
+        interval = float(node.inputs["interval"])
         ahead = min(1.0 / get_timeline().get_time_codes_per_seconds(), interval) if at_end else 0.0
         now = context.time + ahead
         if now < last[0]:
@@ -234,12 +248,14 @@ def _on_time(node: Node, limits: _Limits) -> Trigger:
 
     # Stages that were saved before this input existed do not have it.
     prepare = physics.reset if node.inputs.get("resetPhysics", False) else None
-    return Trigger(node, due, blocked=blocked, prepare=prepare, counts_previews=False, **limits)
+    return Trigger(node, due, blocked=blocked, prepare=prepare, counts_previews=False, check=_check_time)
 
 
-def _on_custom_event(node: Node, limits: _Limits) -> Trigger:
-    event = str(node.inputs["eventName"])
-    return Trigger(node, lambda context: event in context.events and not context.preview, **limits)
+def _on_custom_event(node: Node) -> Trigger:
+    def due(context: TriggerContext) -> bool:
+        return node.inputs["eventName"] in context.events and not context.preview
+
+    return Trigger(node, due, check=_check_event)
 
 
 def on_key_press(key: Any, modifier: Any = None, name: str | None = None) -> ReplicatorItem:

@@ -311,3 +311,10 @@ def test_an_error_in_a_layer_is_raised(stage):
     with pytest.raises(GraphError, match="count is -1"), new_layer.new_layer():
         rep.create.cube(count=-1)
     assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()
+
+
+@pytest.mark.parametrize("usd", [["a.usd", "b.usd"], rep.distribution.choice])
+def test_a_reference_to_several_files_names_what_draws_from_them(stage, usd):
+    usd = usd if isinstance(usd, list) else usd(["a.usd", "b.usd"])
+    with pytest.raises(GraphError, match=r"usd is .* randomizer\.instantiate\(paths, size\) draws from several"):
+        rep.create.from_usd(usd)

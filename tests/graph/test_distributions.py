@@ -1,5 +1,9 @@
 """Distributions have the moments and ranges of their names, per prim and per component."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from pxr import UsdShade
@@ -334,3 +338,24 @@ def test_targets_of_nodes_may_be_the_children_of_objects(stage):
         rep.utils.get_node_targets(spheres.node, "outputs:prim")
     inner = rep.utils.get_node_targets(spheres.node, "inputs:prims", replicatorXform=False)
     assert inner == [f"{path}/Sphere" for path in spheres.prims]
+
+
+def test_sets_are_drawn_from_in_the_same_order_in_every_process():
+    program = (
+        "import usdsdg as rep; rep.set_global_seed(3); names = {'apple', 'pear', 'plum', 'fig', 'lime'}; "
+        "print([kind(names).sample('node', 0, list('abcdef')) for kind in (rep.distribution.choice, "
+        "rep.distribution.sequence)])"
+    )
+    outputs = {
+        subprocess.run(
+            [sys.executable, "-c", program], env=os.environ | {"PYTHONHASHSEED": str(seed)}, capture_output=True
+        ).stdout
+        for seed in (1, 2, 3)
+    }
+    assert len(outputs) == 1
+    assert b"plum" in outputs.pop()
+
+
+def test_a_set_has_no_weights():
+    with pytest.raises(GraphError, match="choices is a set"):
+        distribution.choice({"a", "b"}, weights=[1, 2])

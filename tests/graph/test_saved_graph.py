@@ -17,7 +17,8 @@ from tests import forked
 from tests.dataset_files import data_names
 from tests.sampled_cases import in_soak
 from usdsdg.app import saved_graph
-from usdsdg.errors import ConfigError, GraphError
+from usdsdg.app.status import OrchestratorError
+from usdsdg.errors import ConfigError, GraphError, UsdsdgWarning
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node_prims import Link, NodeRecord, define_graph, define_node, read_node
 from usdsdg.scenarios import saved_pipeline
@@ -336,3 +337,34 @@ def test_a_writer_with_a_function_as_its_trigger_is_told(tmp_path):
     writer.attach(product, trigger=lambda: True)
     with pytest.warns(match="when its BasicWriter is due, which a Python function decides"):
         rep.save_stage(tmp_path / "saved.usda")
+
+
+@pytest.mark.parametrize("capture", ["step", "run"])
+def test_a_script_is_told_of_triggers_that_its_stage_was_saved_with(stage, tmp_path, capture):
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(max_execs=2), cube:
+        rep.modify.pose(position=rep.distribution.uniform((1, 1, 1), (2, 2, 2)))
+    stage.GetRootLayer().Export(str(tmp_path / "scene.usda"))
+    assert stage_context.open_stage(str(tmp_path / "scene.usda"))
+    message = r"/Replicator/SDGPipeline/OgnOnFrame is a trigger of the graph .* `usdsdg generate FILE` runs"
+    if capture == "step":
+        with pytest.warns(UsdsdgWarning, match=message):
+            rep.orchestrator.step()
+    else:
+        with pytest.warns(UsdsdgWarning, match=message), pytest.raises(OrchestratorError, match="nothing ends the run"):
+            rep.orchestrator.run()
+
+
+def test_triggers_that_run_are_not_warned_of(stage, recwarn):
+    with rep.trigger.on_frame(), rep.create.cube():
+        rep.modify.pose(position=rep.distribution.uniform((1, 1, 1), (2, 2, 2)))
+    rep.modify.visibility(rep.distribution.choice([True]), input_prims=rep.create.cone())
+    rep.orchestrator.step()
+    assert not [each for each in recwarn if "saved with" in str(each.message)]
+
+
+def test_an_edited_trigger_is_checked(stage, tmp_path):
+    rep.trigger.on_frame(interval=2)
+    stage.GetPrimAtPath("/Replicator/SDGPipeline/OgnOnFrame").GetAttribute("inputs:interval").Set(0)
+    with pytest.raises(GraphError, match="interval is 0"):
+        saved_graph.load(stage)

@@ -141,3 +141,53 @@ def test_invalid_triggers_raise_and_are_not_added(stage, make, message):
         make()
     assert evaluate.graph().triggers == []
     assert not stage.GetPrimAtPath("/Replicator/SDGPipeline")
+
+
+def test_inputs_of_a_trigger_can_be_set_between_frames(stage):
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(rt_subframes=2) as trigger, cube:
+        rep.modify.pose(position_x=rep.distribution.sequence(list(range(9))))
+    shown = []
+
+    def step(count):
+        for _ in range(count):
+            rep.orchestrator.step()
+            shown.append(stage.GetPrimAtPath(cube.prims[0]).GetAttribute("xformOp:translate").Get()[0])
+
+    step(3)
+    trigger.node.get_attribute("inputs:interval").set(2)
+    step(4)
+    trigger.set_input("maxExecs", 5)
+    step(3)
+    assert shown == [0, 1, 2, 2, 3, 3, 4, 4, 4, 4]
+    [made] = evaluate.graph().triggers
+    assert (made.max_execs, made.rt_subframes) == (5, 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "name", "value"),
+    [
+        (rep.trigger.on_frame, "interval", 0),
+        (rep.trigger.on_frame, "maxExecs", 1.5),
+        (rep.trigger.on_time, "interval", -1.0),
+        (lambda: rep.trigger.on_custom_event("a"), "eventName", ""),
+        (lambda: rep.trigger.on_condition(lambda: True), "rtSubframes", "many"),
+    ],
+)
+def test_a_trigger_refuses_what_it_cannot_have_and_keeps_what_it_had(stage, make, name, value):
+    trigger = make()
+    before = trigger.get_input(name)
+    with pytest.raises(GraphError):
+        trigger.set_input(name, value)
+    assert trigger.get_input(name) == before
+
+
+def test_the_event_of_a_trigger_can_be_set(stage, capsys):
+    cube = rep.create.cube()
+    with rep.trigger.on_custom_event("go") as trigger, cube:
+        rep.modify.pose(position=(1, 2, 3))
+    trigger.set_input("eventName", "move")
+    rep.utils.send_og_event("move")
+    evaluate.graph().evaluate()
+    assert stage.GetPrimAtPath(cube.prims[0]).GetAttribute("xformOp:translate").Get() == (1, 2, 3)
+    assert "no trigger waits" not in capsys.readouterr().err

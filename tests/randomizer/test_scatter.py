@@ -279,3 +279,14 @@ def test_large_meshes_without_room_are_given_up_in_bounded_time(stage):
         GraphError, match=r"no free position for /World/Torus1 after [0-9],[0-9]{3} tries \(1 of 5 objects has one\)"
     ):
         run()
+
+
+@pytest.mark.parametrize("value", [rep.distribution.uniform, lambda *_: "high", lambda *_: float("nan")])
+def test_numbers_of_scatter_are_not_drawn(stage, value):
+    plane, cube = rep.create.plane(), rep.create.cube()
+    with pytest.raises(errors.ArgumentError, match=r"scatter_2d: offset is .*expected one number"):
+        rep.randomizer.scatter_2d(plane, offset=value(0, 1), input_prims=cube)
+    with pytest.raises(errors.ArgumentError, match=r"scatter_2d: offset is .*expected one number"):
+        rep.functional.randomizer.scatter_2d(cube.prims[0], plane.prims[0], offset=value(0, 1))
+    with pytest.raises(errors.ArgumentError, match=r"scatter_3d: voxel_size is .*expected one number"):
+        rep.randomizer.scatter_3d(plane, voxel_size=value(0, 1), input_prims=cube)

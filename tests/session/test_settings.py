@@ -6,6 +6,7 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.errors import ConfigError
+from usdsdg.graph import evaluate
 from usdsdg.session.settings.store import Settings, get_settings
 
 pytestmark = pytest.mark.usefixtures("stage")
@@ -131,3 +132,13 @@ def test_values_inside_of_a_dictionary_have_keys():
     assert settings.get("/mine/c") == 2
     assert settings.get("/mine/c/d") is None
     assert settings.get("/mine/x/y") is None
+
+
+def test_draws_for_integer_settings_are_integers():
+    settings = get_settings()
+    settings.set("/mine/on", True)
+    for key in ("/rtx/pathtracing/totalSpp", "/mine/on", "/mine/new"):
+        rep.settings.carb_settings(key, rep.distribution.choice([19.7]))
+    evaluate.graph().evaluate()
+    assert [repr(settings.get(f"/{key}")) for key in ("rtx/pathtracing/totalSpp", "mine/new")] == ["19", "19.7"]
+    assert settings.get("/mine/on") == 19.7

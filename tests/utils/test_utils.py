@@ -134,7 +134,7 @@ def test_nodes_created_by_type_run_and_can_be_retargeted(stage):
         "omni.replicator.core.OgnWritePose", input_prims=first, **{"inputs:position": (1.0, 0.0, 0.0)}
     )
     assert rep.utils.get_replicator_graph_exists()
-    assert rep.utils.get_graph().GetPath() == "/Replicator/SDGPipeline"
+    assert rep.utils.get_graph().get_path_to_graph() == "/Replicator/SDGPipeline"
     assert rep.utils.get_node_targets(node, "inputs:prims") == [first]
     rep.utils.set_target_prims(node, "inputs:prims", [second])
     evaluate.graph().evaluate()
@@ -207,7 +207,7 @@ def test_inputs_and_outputs_that_a_node_does_not_have_are_errors_of_both_kinds(s
         (lambda: item.get_output("samples"), "no outputs:samples; it has prims, execCount"),
         (lambda: item.get_input("color"), "no inputs:color; it has attribute, position, prims"),
         (lambda: item.set_input("color", 1), "no inputs:color; it has attribute, position, prims, position_x"),
-        (lambda: cubes.set_input("position", 1), "no inputs:position; it has none"),
+        (lambda: cubes.set_input("position", 1), "no inputs:position; it has primsIn"),
         (lambda: drawn.set_input("color", 1), "no input 'color'"),
         (lambda: drawn.get_input("color"), "no inputs:color"),
     ):
@@ -216,6 +216,24 @@ def test_inputs_and_outputs_that_a_node_does_not_have_are_errors_of_both_kinds(s
                 read()
     assert item.get_input("scale") is None
     assert item.get_inputs() == {"attribute": "position", "position": 1, "prims": list(cubes.prims)}
+
+
+def test_the_prims_of_an_item_can_be_replaced(stage):
+    """As scripts do after they have moved them."""
+    cubes, other = rep.create.cube(count=2), stage.DefinePrim("/World/other", "Cube")
+    found = rep.get.prims(path_match="other")
+    for item in (cubes, found, rep.create.group(list(cubes.prims))):
+        item.set_input("primsIn", [other])
+        assert item.get_output_prims()["prims"] == [other]
+        assert item.get_input("primsIn") == ["/World/other"]
+    with cubes:
+        rep.modify.pose(position=(1, 2, 3))
+    evaluate.graph().evaluate()
+    assert other.GetAttribute("xformOp:translate").Get() == (1, 2, 3)
+    trigger, drawn = rep.trigger.on_frame(), rep.distribution.uniform(0, 1)
+    for item in (trigger, drawn):
+        with pytest.raises(GraphError, match="primsIn"):
+            item.set_input("primsIn", [other])
 
 
 def test_inputs_may_be_distributions_and_prims(stage):

@@ -83,3 +83,22 @@ def test_a_group_of_backends_takes_them_by_position(tmp_path):
     group.schedule(group.write_blob, data=b"x", path="f.txt")
     group.wait_until_done()
     assert [(tmp_path / name / "f.txt").read_bytes() for name in "ab"] == [b"x", b"x"]
+
+
+def test_the_registry_detaches_the_writers_of_a_product_from_all_of_theirs(products):
+    first, second = products
+    both, other = Plain(), Plain()
+    both.attach((first, second.path))
+    other.attach(second)
+    rep.WriterRegistry.detach("Plain", render_products=first)
+    assert (both.render_products, other.render_products) == ((), (second.path,))
+    rep.WriterRegistry.detach("Plain", [first])
+    assert rep.WriterRegistry.get_attached_writers() == {"Plain": other}
+
+
+class Plain(rep.Writer):
+    def __init__(self):
+        self.annotators = ["rgb"]
+
+    def write(self, data):
+        pass

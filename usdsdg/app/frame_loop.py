@@ -17,7 +17,7 @@ from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.playback import Playback
 from usdsdg.app.run_ends import all_ended, are_frames_due, ends_without_picture, triggers_remain, triggers_that_end
-from usdsdg.app.saved_graph import author_run
+from usdsdg.app.saved_graph import author_run, warn_of_idle_triggers
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.app.sub_frames import SubFrames
 from usdsdg.capture.capture import Capture
@@ -179,6 +179,7 @@ class Orchestrator:
                 rng.reset_all()
                 self.preview()
                 self._initialized = True
+            warn_of_idle_triggers(stage_context.current_stage())
             assets.check_missing(stage_context.current_stage())
             assets.name_other_metrics(stage_context.current_stage())
         except BaseException:
@@ -260,6 +261,7 @@ class Orchestrator:
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
             num_frames = self.frames_without_end
             if num_frames is None:
+                warn_of_idle_triggers(stage_context.current_stage())
                 raise OrchestratorError(
                     "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
                     "`usdsdg run --frames N`."

@@ -130,6 +130,20 @@ def load(stage: Usd.Stage) -> SavedRun:
     return _read_run(stage, root)
 
 
+def warn_of_idle_triggers(stage: Usd.Stage) -> None:
+    """Warn of triggers that a stage was saved with, which fire where the graph is loaded and not in scripts."""
+    root = stage.GetPrimAtPath(PIPELINE)
+    running = {each.node.path for each in evaluate.graph().triggers}
+    prims = [prim for prim in root.GetChildren() if str(prim.GetPath()) not in running] if root else []
+    for prim in prims:
+        record = read_node(prim)
+        if record.kind != "OnImpulseEvent" and record.after is None and _is_trigger(record):
+            warn_once(
+                f"{prim.GetPath()} is a trigger of the graph that the stage was saved with, and does not fire in this "
+                "run. `usdsdg generate FILE` runs the graph of a stage; a script makes its own with rep.trigger."
+            )
+
+
 class _Loader:
     """Builds the graph from node prims in stage order, in which the script made them."""
 

@@ -1,7 +1,8 @@
 """Conversion of user values to the shape and type that an argument needs, with an ArgumentError for anything else."""
 
+import math
 from collections.abc import Mapping, Sequence
-from numbers import Integral
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,17 @@ def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
             f"{name} is {shown(value)}; expected a whole number" + ("" if least is None else f", {least} or more")
         )
     return int(value)
+
+
+def finite_number(name: str, value: Any) -> float:
+    """Validate an argument that is one number, and no distribution.
+
+    Raises:
+        ArgumentError: `value` is no number, or not finite.
+    """
+    if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
+        raise ArgumentError(f"{name} is {shown(value)}; expected one number, which is the same at every execution")
+    return float(value)
 
 
 def up_axis_vector(value: Any) -> Any:

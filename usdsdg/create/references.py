@@ -33,7 +33,9 @@ def from_usd(
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
     if not isinstance(usd, (str, os.PathLike)):
-        raise ArgumentError(f"create.from_usd: usd is {shown(usd)}; expected the path or URL of a file")
+        several = isinstance(usd, (ReplicatorItem, list, tuple))
+        hint = ". randomizer.instantiate(paths, size) draws from several files" if several else ""
+        raise ArgumentError(f"create.from_usd: usd is {shown(usd)}; expected the path or URL of a file{hint}")
     file = assets.resolve_object(usd, labeled=semantics is None)
 
     def define(stage: Usd.Stage, path: str) -> None:

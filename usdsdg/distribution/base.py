@@ -148,6 +148,14 @@ class Distribution(ReplicatorItem, abc.ABC):
         # A string is iterable, but its characters are not the values.
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
+        if isinstance(given, (set, frozenset)):
+            if groups_count_as_one:
+                raise GraphError(
+                    f"{self.node.describe()}: {name} is a set, whose values have no order in which they could have "
+                    "weights; give a list"
+                )
+            # Python orders texts in sets anew in every process, and runs repeat.
+            given = sorted(given, key=lambda value: (type(value).__name__, str(value)))
         if not groups_count_as_one:
             given = [each for value in given for each in (_prims_of(value) or [value])]
         if not (items := [str(item.GetPath()) if hasattr(item, "GetPath") else item for item in given]):

@@ -76,6 +76,7 @@ _Match = Callable[[Usd.Prim], bool]
 def _pattern(name: str, pattern: str | None, ignore_case: bool) -> _Match | None:
     if pattern is None:
         return None
+    _check_text(name, pattern)
     try:
         compiled = re.compile(pattern, re.IGNORECASE if ignore_case else 0)
     except re.error as error:
@@ -84,9 +85,20 @@ def _pattern(name: str, pattern: str | None, ignore_case: bool) -> _Match | None
     return lambda prim: compiled.search(prim.GetPath().pathString) is not None
 
 
+def _check_text(name: str, given: Any) -> None:
+    if not isinstance(given, str):
+        hint = ""
+        if isinstance(given, (list, tuple)):
+            hint = (
+                "; for several write one regular expression, path_pattern='a|b', or give paths to rep.get.prim_at_path"
+            )
+        raise ArgumentError(f"{name} is {shown(given)}; expected one text{hint}")
+
+
 def _containing(text: str | None, ignore_case: bool) -> _Match | None:
     if text is None:
         return None
+    _check_text("path_match", text)
     if ignore_case:
         return lambda prim: text.lower() in prim.GetPath().pathString.lower()
     return lambda prim: text in prim.GetPath().pathString

@@ -12,7 +12,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.prims import prims_of
-from usdsdg.arguments.values import shown
+from usdsdg.arguments.values import finite_number, shown
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.randomizer.scatter import show_voxels
 from usdsdg.rng import ReplicatorRNG, generator_of
@@ -67,7 +67,7 @@ def scatter_2d(
         raise ArgumentError(f"scatter_2d: surface_prims is {shown(surface_prims)}; give at least one prim")
     scatter(
         prims_of(prims),
-        surface_of(surfaces, _bounds(extents), offset=float(offset)),
+        surface_of(surfaces, _bounds(extents), offset=finite_number("scatter_2d: offset", offset)),
         _draws(rng, surface.COMPONENTS),
         obstacles=_prims(no_collision_prims),
         avoid_each_other=check_for_collisions,

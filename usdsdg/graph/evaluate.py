@@ -17,6 +17,12 @@ from usdsdg.graph.authoring import author, author_impulse, author_input, author_
 from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.scopes import PIPELINE
+
+
+def _accept(_node: Node) -> None:
+    """Take any inputs."""
 
 
 @dataclass(eq=False)
@@ -25,13 +31,12 @@ class Trigger:
 
     `due` is called once per evaluation, and once more for each further queued event. `blocked` returns why the trigger
     cannot fire in the current state, or "". `prepare` is called before the nodes, but not at a preview. If
-    `counts_previews` is false, previews do not count as executions.
+    `counts_previews` is false, previews do not count as executions. `check` raises if an input of the node, which
+    scripts can set, has a value that it cannot have.
     """
 
     node: Node
     due: Callable[[TriggerContext], bool]
-    max_execs: int = 0
-    rt_subframes: int = 1
     nodes: list[Node] = field(default_factory=list)
     executions: int = 0
     previews: int = 0  # how many of the executions were previews
@@ -41,6 +46,17 @@ class Trigger:
     counts_previews: bool = True
     waits_for_frames: bool = True  # False: a script's own call runs its nodes
     counted_from: int = 0  # executions of earlier runs, which `max_execs` does not count
+    check: Callable[[Node], None] = _accept
+
+    @property
+    def max_execs(self) -> int:
+        """How often it fires at most; 0: no limit."""
+        return int(self.node.inputs.get("maxExecs", 0))
+
+    @property
+    def rt_subframes(self) -> int:
+        """The minimum number of sub-frames of the captures that it fires for."""
+        return int(self.node.inputs.get("rtSubframes", 1))
 
     @property
     def kind(self) -> str:
@@ -134,7 +150,14 @@ class Graph:
         return key
 
     def update_input(self, node: Node, name: str) -> None:
-        """Author the changed input of a node."""
+        """Author the changed input of a node.
+
+        Raises:
+            GraphError: the node is a trigger's, which cannot have the value.
+        """
+        for trigger in self.triggers:
+            if node is trigger.node:
+                trigger.check(node)
         author_input(node, name)
         for trigger in self.triggers:
             if node in trigger.nodes:
@@ -146,6 +169,27 @@ class Graph:
         # The state belongs to the former prims.
         node.state.clear()
         author_prims(node)
+
+    def get_nodes(self) -> list[Node]:
+        """Return the nodes that have a prim, in the order of these: triggers, distributions, and what they run."""
+        layer = current_stage().GetRootLayer()
+        nodes = {node.path: node for node in current().nodes if node.path is not None and node.layer == layer}
+        children = current_stage().GetPrimAtPath(PIPELINE)
+        paths = [str(child.GetPath()) for child in children.GetChildren()] if children else []
+        return [nodes[path] for path in paths if path in nodes]
+
+    def get_node(self, path: str) -> Node | None:
+        """Return the node whose prim is at `path`, which may be its name alone; None if there is none."""
+        wanted = path if path.startswith("/") else f"{PIPELINE}/{path}"
+        return next((node for node in self.get_nodes() if node.path == wanted), None)
+
+    def get_path_to_graph(self) -> str:
+        """Return the path of the prim that the nodes' prims are below."""
+        return PIPELINE
+
+    def is_valid(self) -> bool:
+        """Whether the stage has the graph's prim."""
+        return bool(current_stage().GetPrimAtPath(PIPELINE))
 
     def takes_prims(self, node: Node) -> bool:
         """Return whether target prims are an input of a node, and not just what it has made or found."""

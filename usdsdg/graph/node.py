@@ -12,15 +12,17 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import NotAPrim, UnknownInput, Unsupported, counted, warn_once
+from usdsdg.errors import GraphError, NotAPrim, UnknownInput, Unsupported, counted, warn_once
 from usdsdg.graph.live_prims import LivePrims, joined
-from usdsdg.graph.node_attributes import NodeAttribute
+from usdsdg.graph.node_attributes import NodeAttribute, NodeType
 from usdsdg.graph.node_prims import type_name
 from usdsdg.graph.prim_path import PrimPath
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
 _FAMILIES = ("create", "get", "modify", "randomizer", "distribution", "trigger", "physics", "settings", "utils")
+# The input of a group, as which Replicator's nodes hand on the prims that they have made or found.
+PRIMS_IN = "primsIn"
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
@@ -97,6 +99,24 @@ class Node:
         except UnknownInput:
             return False
         return True
+
+    def get_attributes(self) -> list[NodeAttribute]:
+        """Return all inputs, then all outputs."""
+        item = self.item or ReplicatorItem(self)
+        names = [f"inputs:{name}" for name in item.inputs] + [f"outputs:{name}" for name in item.outputs]
+        return [NodeAttribute(item, name) for name in names]
+
+    def get_node_type(self) -> NodeType:
+        """Return the type of the node, whose `get_node_type()` is what `get_type_name` returns."""
+        return NodeType(self.get_type_name())
+
+    def get_graph(self) -> Any:
+        """Return the graph of the current stage."""
+        return current().graph
+
+    def is_valid(self) -> bool:
+        """Whether the node is one of the current stage."""
+        return self in current().nodes
 
     def get_type_name(self) -> str:
         """Return the type of the node, as `omni.replicator.core.OgnSampleUniform`."""
@@ -193,7 +213,8 @@ class ReplicatorItem:
     def get_inputs(self) -> dict[str, Any]:
         """Return the node's inputs by name, with the paths of the prims that it acts on."""
         takes_prims = current().graph.takes_prims(self.node)
-        return {**self.node.inputs, **({"prims": list(map(PrimPath, self.prims))} if takes_prims else {})}
+        name = "prims" if takes_prims else PRIMS_IN if self._is_of_prims() else ""
+        return {**self.node.inputs, **({name: list(map(PrimPath, self.prims))} if name else {})}
 
     def get_outputs(self) -> dict[str, Any]:
         """Return the outputs of the node by name: the paths of its prims, and how often it has run.
@@ -226,14 +247,24 @@ class ReplicatorItem:
         Raises:
             UnknownInput: (a ValueError and a KeyError) there is no such input; the message lists all inputs.
             NotAPrim: the value of `prims` is something else.
+            GraphError: it is an input of a trigger, which cannot have the value.
         """
         name = name.removeprefix("inputs:")
         _named(self.node, dict.fromkeys(self._known_inputs()), name, "inputs:")
-        if name == "prims":
+        if name in ("prims", PRIMS_IN):
             current().graph.retarget(self.node, prim_paths(value))
             return
+        before = dict(self.node.inputs)
         self.node.inputs[name] = plain(value)
-        current().graph.update_input(self.node, name)
+        try:
+            current().graph.update_input(self.node, name)
+        except GraphError:
+            self.node.inputs = before
+            raise
+
+    def _is_of_prims(self) -> bool:
+        """Return whether the item is what its node has made or found, which can be replaced by other prims."""
+        return self._trigger is None and bool(self.node.prims)
 
     def _known_inputs(self) -> list[str]:
         return list(dict.fromkeys([*self.inputs, *current().graph.optional_inputs(self.node)]))

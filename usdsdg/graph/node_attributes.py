@@ -37,6 +37,29 @@ class NodeAttribute:
         """Return the name with its prefix."""
         return self.name
 
+    def get_path(self) -> str:
+        """Return the path of the node's prim and the name, joined by a dot."""
+        return f"{self.item.node.get_prim_path()}.{self.name}"
+
     def get_node(self) -> Any:
         """Return the node."""
         return self.item.node
+
+    def is_valid(self) -> bool:
+        """Whether the node has such an input or output."""
+        return self.item.node.get_attribute_exists(self.name)
+
+
+@dataclass(frozen=True)
+class NodeType:
+    """The type of a node as OmniGraph hands it out: `node.get_node_type().get_node_type()` is its name."""
+
+    name: str
+
+    def get_node_type(self) -> str:
+        """Return the name of the type, as `omni.replicator.core.OgnSampleUniform`."""
+        return self.name
+
+    def is_valid(self) -> bool:
+        """Always True: there are no nodes without a type."""
+        return True

@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from usdsdg.arguments.prims import prim_at
+from usdsdg.arguments.values import finite_number
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
@@ -55,8 +56,8 @@ def scatter_2d(
     surfaces = _paths_of("scatter_2d", "surface_prims", surface_prims)
     return act(
         "OgnScatter2D", input_prims, name=name, attribute="position", surfacePrims=surfaces,
-        noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=float(offset), seed=own_seed(seed),
-        checkForCollisions=bool(check_for_collisions), **_bounds(min_samp, max_samp),
+        noCollPrims=list(prim_paths(no_coll_prims)) or None, offset=finite_number("scatter_2d: offset", offset),
+        seed=own_seed(seed), checkForCollisions=bool(check_for_collisions), **_bounds(min_samp, max_samp),
     )  # fmt: skip
 
 
@@ -100,6 +101,8 @@ def scatter_3d(
     volumes, bounds = list(prim_paths(volume_prims)), _bounds(min_samp, max_samp)
     if not volumes:
         volume.Box(_given_bounds(bounds))
+    resolution_scaling = finite_number("scatter_3d: resolution_scaling", resolution_scaling)
+    voxel_size = finite_number("scatter_3d: voxel_size", voxel_size)
     if not (resolution_scaling > 0 and voxel_size >= 0):
         raise ArgumentError(
             f"randomizer.scatter_3d: resolution_scaling={resolution_scaling!r} must be above 0 and "
@@ -109,7 +112,7 @@ def scatter_3d(
         "OgnScatter3D", input_prims, name=name, attribute="position", volumePrims=volumes or None,
         noCollPrims=list(prim_paths(no_coll_prims)) or None,
         volumeExclPrims=list(prim_paths(volume_excl_prims)) or None,
-        resolutionScaling=float(resolution_scaling), voxelSize=float(voxel_size), seed=own_seed(seed),
+        resolutionScaling=resolution_scaling, voxelSize=voxel_size, seed=own_seed(seed),
         checkForCollisions=bool(check_for_collisions), preventVolOverlap=bool(prevent_vol_overlap),
         vizSampledVoxels=bool(viz_sampled_voxels), **bounds,
     )  # fmt: skip

@@ -57,6 +57,11 @@ def prim_path(path: str | Sdf.Path) -> Sdf.Path:
         return Sdf.Path(text)
     valid, why = Sdf.Path.IsValidPathString(text)
     if not valid or not text:
+        if "*" in text:
+            pattern = f"^{text.replace('*', '[^/]*')}$"
+            raise BadPrim(
+                f"{text!r} is not the path of one prim; rep.get.prims(path_pattern={pattern!r}) finds those that match."
+            )
         suggestion = "/" + "/".join(valid_name(part) for part in text.split("/") if part)
         raise BadPrim(f"{text!r} is not a prim path ({why or 'it is empty'}). Try {suggestion!r}.")
     result = Sdf.Path(text)

@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pxr import Usd
-
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import UnknownInput, Unsupported, warn_once
@@ -37,7 +35,8 @@ def get_reduced_ref_time(numerator: int, denominator: int) -> tuple[int, int]:
 
 def send_og_event(event_name: str) -> None:
     """Fire `trigger.on_custom_event(event_name)` at the next app update or step, whichever comes first."""
-    known = sorted({trigger.name for trigger in graph().triggers if trigger.kind == "OnCustomEvent"})
+    events = (trigger.node for trigger in graph().triggers if trigger.kind == "OnCustomEvent")
+    known = sorted({node.inputs["eventName"] for node in events})
     if event_name not in known:
         near = near_misses(event_name, known)
         hint = f"did you mean {near[0]!r}?" if near else f"known events: {', '.join(known) or 'none'}."
@@ -50,15 +49,16 @@ def get_replicator_graph_exists() -> bool:
     return bool(current_stage().GetPrimAtPath(PIPELINE))
 
 
-def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> Usd.Prim:
-    """Return the prim of the randomization graph; it is created if it does not exist. `is_hidden` is ignored.
+def get_graph(graph_path: str | None = None, is_hidden: bool = False) -> evaluate.Graph:
+    """Return the randomization graph, with its nodes; its prim is created if there is none. `is_hidden` is ignored.
 
     Raises:
         Unsupported: another path is given: there is one graph per stage.
     """
     if graph_path not in (None, PIPELINE):
         raise Unsupported(f"utils.get_graph: there is one graph per stage, {PIPELINE}; leave graph_path out")
-    return define_graph(current_stage())
+    define_graph(current_stage())
+    return graph()
 
 
 def create_node(

@@ -136,12 +136,15 @@ class WriterRegistry:
 
     @staticmethod
     def detach(writer_name: str, render_products: Any = None) -> None:
-        """Detach every attached writer of that name, from `render_products` (handles, paths, or a list) or from all."""
+        """Detach every attached writer of that name, or those that are attached to one of `render_products`.
+
+        As in Replicator a writer is detached from all of its render products, whichever of them are given (handles,
+        paths, or a list); `Writer.detach_from` detaches it from some.
+        """
+        paths = None if render_products is None else set(render_product_paths(render_products))
         for writer in _attached(writer_name):
-            if render_products is None:
+            if paths is None or not paths.isdisjoint(writer.render_products):
                 writer.detach()
-            else:
-                writer.detach_from(render_products)
 
     @staticmethod
     def get_attached_writers(render_products: Any = None) -> dict[str, Writer]:

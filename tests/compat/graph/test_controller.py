@@ -83,12 +83,6 @@ def test_attributes_of_prims_are_read_and_set(stage):
     assert stage.GetPrimAtPath("/World/cube").GetAttribute("size").Get() == 3.0
 
 
-def test_inputs_of_randomizers_cannot_be_changed(stage):
-    trigger = rep.trigger.on_frame(interval=2)
-    with pytest.raises(Unsupported, match="fixed when a script makes the node"):
-        og.Controller.attribute(f"{trigger.node.path}.inputs:interval").set(3)
-
-
 def test_other_node_types_are_refused_by_name(stage):
     with pytest.raises(Unsupported, match="OnPlaybackTick"):
         og.Controller.edit(

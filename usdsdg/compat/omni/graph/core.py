@@ -1,7 +1,8 @@
 """`omni.graph.core`: evaluation of the randomization graph, and graphs that process a camera's images.
 
 Scripts use it to run randomizers at once (`Controller.evaluate_sync`) and to add the signal processing of
-`omni.sensors.nv.camera` to a render product. Any other node type raises `Unsupported` with its name.
+`omni.sensors.nv.camera` to a render product. Any other node type raises `Unsupported` with its name. Nodes of the
+randomization graph are found by their path, and their inputs can be set.
 """
 
 from __future__ import annotations
@@ -18,22 +19,33 @@ from usdsdg.compat.omni.graph.graphs import (
     Node,
     OmniGraphError,
     StageAttribute,
+    attribute_of,
     find_attribute,
     find_node,
     graphs,
 )
 from usdsdg.errors import Unsupported
 from usdsdg.graph import evaluate
+from usdsdg.graph import node as randomization
+from usdsdg.graph.node_attributes import NodeAttribute
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.scopes import PIPELINE
 
 __all__ = [
-    "Attribute", "Controller", "DataView", "Graph", "GraphPipelineStage", "Node", "OmniGraphError", "get_all_graphs",
-    "get_graph_by_path", "get_node_by_path", "get_registered_nodes", "post_render_graph",
+    "Attribute", "AttributeValueHelper", "Controller", "DataView", "Graph", "GraphPipelineStage", "Node",
+    "OmniGraphError", "get_all_graphs", "get_graph_by_path", "get_node_by_path", "get_registered_nodes",
+    "post_render_graph",
 ]  # fmt: skip
 
 # Graphs of Replicator, which scripts pass to `evaluate_sync`.
 REPLICATOR = (PIPELINE, "/Render/PostProcess/SDGPipeline")
+# Of a camera, and of the randomization.
+AnyGraph = Graph | evaluate.Graph
+AnyNode = Node | randomization.Node
+_MADE_BY_REPLICATOR = (
+    f"omni.graph.core: nodes of {PIPELINE} are made by functions of rep, such as rep.modify.pose, or by "
+    "rep.utils.create_node; only their inputs can be set"
+)
 
 
 class GraphPipelineStage(enum.Enum):
@@ -90,9 +102,11 @@ class Controller:
 
     @staticmethod
     def edit(
-        graph_id: Graph | str | Mapping[str, Any], edit_commands: Mapping[str, Any] | None = None
-    ) -> tuple[Graph, list[Node], list[Any], dict[str, Node]]:
+        graph_id: AnyGraph | str | Mapping[str, Any], edit_commands: Mapping[str, Any] | None = None
+    ) -> tuple[AnyGraph, list[Node], list[Any], dict[str, Any]]:
         """Add nodes to a graph, connect them and set inputs; return the graph, its new nodes, [] and nodes by name.
+
+        Of the randomization graph only inputs can be set: its nodes are made by functions of Replicator.
 
         Raises:
             Unsupported: a node type, or another kind of edit, that we do not have; the message names it.
@@ -100,6 +114,8 @@ class Controller:
         """
         graph = _graph_of(graph_id)
         commands = dict(edit_commands or {})
+        if isinstance(graph, evaluate.Graph):
+            return _with_values(graph, commands)
         made = [graph.create_node(name, kind) for name, kind in _pairs(commands.pop(Keys.CREATE_NODES, ()))]
         for name in _listed(commands.pop(Keys.DELETE_NODES, ())):
             graph.nodes.pop(str(name), None)
@@ -115,7 +131,7 @@ class Controller:
         return graph, made, [], dict(graph.nodes)
 
     @staticmethod
-    def create_graph(graph_id: Graph | str | Mapping[str, Any]) -> Graph:
+    def create_graph(graph_id: AnyGraph | str | Mapping[str, Any]) -> AnyGraph:
         return _graph_of(graph_id)
 
     @staticmethod
@@ -128,45 +144,47 @@ class Controller:
         path = node_id if isinstance(node_id, str) else ""
         name, graph_id = (path.rpartition("/")[2], path.rpartition("/")[0]) if path else node_id
         graph = _graph_of(graph_id)
+        if isinstance(graph, evaluate.Graph):
+            raise Unsupported(_MADE_BY_REPLICATOR)
         node = graph.create_node(str(name), str(node_type_id))
         graph.watch()
         return node
 
     @staticmethod
-    def graph(graph_id: Graph | str) -> Graph | None:
-        return graph_id if isinstance(graph_id, Graph) else get_graph_by_path(str(graph_id))
+    def graph(graph_id: AnyGraph | str) -> AnyGraph | None:
+        return graph_id if isinstance(graph_id, AnyGraph) else get_graph_by_path(str(graph_id))
 
     @staticmethod
-    def node(node_id: Node | str | tuple[str, Any], graph_id: Graph | None = None) -> Node:
+    def node(node_id: AnyNode | str | tuple[str, Any], graph_id: AnyGraph | None = None) -> AnyNode:
         """Return a node by its path, or by its name in a graph.
 
         Raises:
             OmniGraphError: there is none.
         """
-        if isinstance(node_id, Node):
+        if isinstance(node_id, AnyNode):
             return node_id
         name, graph = node_id if isinstance(node_id, tuple) else (node_id, graph_id)
-        found = graph.get_node(str(name)) if isinstance(graph, Graph) else find_node(str(name))
+        found = graph.get_node(str(name)) if isinstance(graph, AnyGraph) else find_node(str(name))
         if found is None:
             raise OmniGraphError(f"omni.graph.core: there is no node {name}")
         return found
 
     @staticmethod
-    def attribute(attribute_id: Any, node_id: Any = None) -> Attribute | StageAttribute:
+    def attribute(attribute_id: Any, node_id: Any = None) -> Attribute | NodeAttribute | StageAttribute:
         """Return an attribute by "/graph/node.inputs:name", by ("inputs:name", node), or by both arguments.
 
         Raises:
             OmniGraphError: there is none.
         """
-        if isinstance(attribute_id, (Attribute, StageAttribute)):
+        if isinstance(attribute_id, (Attribute, NodeAttribute, StageAttribute)):
             return attribute_id
         if isinstance(attribute_id, tuple):
             attribute_id, node_id = attribute_id
         path = str(attribute_id)
-        if isinstance(node_id, Graph):
+        if isinstance(node_id, AnyGraph):
             name, _, attribute = path.rpartition(".")
-            return Attribute(Controller.node(name, node_id), attribute)
-        return find_attribute(path) if node_id is None else Attribute(Controller.node(node_id), path)
+            return attribute_of(Controller.node(name, node_id), attribute)
+        return find_attribute(path) if node_id is None else attribute_of(Controller.node(node_id), path)
 
     @staticmethod
     def get(attribute: Any, *_: object, **__: object) -> Any:
@@ -174,7 +192,21 @@ class Controller:
 
     @staticmethod
     def set(attribute: Any, value: Any, *_: object, **__: object) -> bool:
-        return Controller.attribute(attribute).set(value)
+        Controller.attribute(attribute).set(value)
+        return True
+
+
+class AttributeValueHelper:
+    """The value of one attribute."""
+
+    def __init__(self, attribute: Any) -> None:
+        self._attribute = Controller.attribute(attribute)
+
+    def get(self, *_: object, **__: object) -> Any:
+        return self._attribute.get()
+
+    def set(self, value: Any, *_: object, **__: object) -> None:
+        self._attribute.set(value)
 
 
 class DataView:
@@ -193,13 +225,15 @@ def get_registered_nodes() -> list[str]:
     return sorted(NODE_TYPES)
 
 
-def get_graph_by_path(path: str) -> Graph | None:
+def get_graph_by_path(path: str) -> AnyGraph | None:
     """Return the graph at `path`; None if there is none."""
+    if str(path) == PIPELINE:
+        return evaluate.graph()
     known = graphs().at(str(path))
     return Graph(str(path)) if known is None and str(path) in REPLICATOR else known
 
 
-def get_node_by_path(path: str) -> Node | None:
+def get_node_by_path(path: str) -> AnyNode | None:
     return find_node(str(path))
 
 
@@ -208,8 +242,18 @@ def post_render_graph(render_product_path: str) -> Graph:
     return graphs().add(Graph(f"{render_product_path}/PostRender", render_product_path))
 
 
-def _graph_of(graph_id: Graph | str | Mapping[str, Any]) -> Graph:
-    if isinstance(graph_id, Graph):
+def _with_values(graph: evaluate.Graph, commands: dict[str, Any]) -> tuple[AnyGraph, list[Node], list[Any], dict]:
+    """Set inputs of nodes of the randomization graph, as `Controller.edit` does."""
+    values = _pairs(commands.pop(Keys.SET_VALUES, ()))
+    if any(commands.values()):
+        raise Unsupported(_MADE_BY_REPLICATOR)
+    for path, value in values:
+        Controller.attribute(path, graph).set(value)
+    return graph, [], [], {node.get_prim_path().rpartition("/")[2]: node for node in graph.get_nodes()}
+
+
+def _graph_of(graph_id: AnyGraph | str | Mapping[str, Any]) -> AnyGraph:
+    if isinstance(graph_id, AnyGraph):
         return graph_id
     path = str(graph_id.get("graph_path", "")) if isinstance(graph_id, Mapping) else str(graph_id)
     return get_graph_by_path(path) or graphs().add(Graph(path))

@@ -13,6 +13,9 @@ from usdsdg.app.app import get_app
 from usdsdg.compat.omni.graph.camera_nodes import NODE_TYPES, Tick, annotator_of
 from usdsdg.compat.omni.graph.camera_signal import Signal
 from usdsdg.errors import Unsupported, UsdsdgError
+from usdsdg.graph import evaluate
+from usdsdg.graph import node as randomization
+from usdsdg.graph.node_attributes import NodeAttribute
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -54,6 +57,9 @@ class Node:
 
     def get_attribute(self, name: str) -> Attribute:
         return Attribute(self, name)
+
+    def get_attributes(self) -> list[Attribute]:
+        return [Attribute(self, name) for name in self.inputs]
 
     def is_valid(self) -> bool:
         return self.graph.nodes.get(self.name) is self
@@ -101,12 +107,12 @@ class StageAttribute:
         """Set the attribute of the prim.
 
         Raises:
-            Unsupported: it is an input of a randomization node.
+            Unsupported: it is an input of a randomization node of a file, which does not run.
         """
         if str(self._attribute.GetPath()).startswith(f"{PIPELINE}/"):
             raise Unsupported(
-                f"{self._attribute.GetPath()}: inputs of randomization nodes are fixed when a script makes the node; "
-                "make it with the value, or pass a distribution"
+                f"{self._attribute.GetPath()}: the node was saved with the stage and does not run in a script; "
+                "`usdsdg generate` runs the graph of a saved stage"
             )
         return self._attribute.Set(value)
 
@@ -246,13 +252,28 @@ def graphs() -> Graphs:
     return current().omnigraph
 
 
-def find_node(path: str) -> Node | None:
-    """Return the node at `path`."""
+def find_node(path: str) -> Node | randomization.Node | None:
+    """Return the node at `path`, of a camera's graph or of the randomization graph."""
+    if path.startswith(f"{PIPELINE}/"):
+        return evaluate.graph().get_node(path)
     found = (graph.get_node(path) for graph in graphs().all() if path.startswith(f"{graph.path}/"))
     return next((node for node in found if node is not None), None)
 
 
-def find_attribute(path: str) -> Attribute | StageAttribute:
+def attribute_of(node: Node | randomization.Node, name: str) -> Attribute | NodeAttribute:
+    """Return an attribute of a node.
+
+    Raises:
+        OmniGraphError: the node has none of that name.
+    """
+    found = node.get_attribute(name)
+    if not found.is_valid():
+        known = ", ".join(each.get_name() for each in node.get_attributes())
+        raise OmniGraphError(f"{node.get_type_name()} has no attribute {name!r}; there are: {known}")
+    return found
+
+
+def find_attribute(path: str) -> Attribute | NodeAttribute | StageAttribute:
     """Return the attribute at `path`, "/graph/node.inputs:name", of a node or of a prim on the stage.
 
     Raises:
@@ -260,7 +281,7 @@ def find_attribute(path: str) -> Attribute | StageAttribute:
     """
     name, _, attribute = path.rpartition(".")
     if (node := find_node(name)) is not None:
-        return Attribute(node, attribute)
+        return attribute_of(node, attribute)
     prim = current_stage().GetPrimAtPath(name)
     if prim and prim.HasAttribute(attribute):
         return StageAttribute(prim.GetAttribute(attribute))
