@@ -107,14 +107,21 @@ def process_name() -> str:
     return f"{os.getpid()}-{_TOKEN}"
 
 
-def removed_with(owner: object, folder: Path) -> None:
-    """Remove a folder together with an object, or at the end of this process; forks of the process leave it."""
-    weakref.finalize(owner, _remove_unless_copied, folder, os.getpid())
+def removed_with(owner: object, folder: Path, held: int | None = None) -> Callable[[], object]:
+    """Remove a folder together with an object, or at the end of this process; forks of the process leave it.
+
+    held: a descriptor of the folder, which is closed then.
+
+    Returns a function that removes it now.
+    """
+    return weakref.finalize(owner, _remove_unless_copied, folder, held, os.getpid())
 
 
-def _remove_unless_copied(folder: Path, process: int) -> None:
+def _remove_unless_copied(folder: Path, held: int | None, process: int) -> None:
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)
+    if held is not None:
+        os.close(held)
 
 
 def _nothing() -> None:
@@ -150,6 +157,24 @@ def _locked_on_windows(windows: Any, descriptor: int, *, wait: bool) -> bool:
             return False
         raise
     return True
+
+
+def hold_folder(folder: Path, *, wait: bool) -> int:
+    """Lock a folder for this process, and return the descriptor of which closing unlocks it, as `lock`.
+
+    Processes that are forked from this one hold it, too.
+
+    Raises:
+        OSError: it is gone, is no folder, or `wait` is False and another process has it; or the system, or that of the
+            files, locks no folders, as Windows.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0))
+    try:
+        lock(descriptor, wait=wait)
+    except OSError:
+        os.close(descriptor)
+        raise
+    return descriptor
 
 
 def name_if_free(part: Path, path: Path) -> bool:

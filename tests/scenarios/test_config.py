@@ -292,6 +292,15 @@ def test_odd_text_of_the_command_line_is_named_and_shortened(written, override, 
     assert len(messages[0]) < 400
 
 
+@pytest.mark.parametrize("name", ["job.yaml", "job.json"])
+def test_half_characters_of_escapes_are_named_with_their_keys(written, name):
+    values = {"env_url": "a\udcff", "labeled_assets_and_properties": [{"url": "/a.usd", "\ud800": 1}]}
+    messages = problems(written(json.dumps(values), name))
+    assert len(messages) == 2
+    assert "env_url: it is not UTF-8 text" in messages[0]
+    assert "labeled_assets_and_properties[0].'\\ud800': the key is not UTF-8 text" in messages[1]
+
+
 def test_a_mark_of_the_byte_order_is_no_part_of_json(written):
     values = {"num_frames": 3, "labeled_assets_and_properties": [{"url": "/a.usd"}]}
     assert load_config(written("\ufeff" + json.dumps(values), "job.json")).num_frames == 3

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -94,3 +95,16 @@ def test_paths_are_those_of_where_the_program_was_started(tmp_path):
     named = re.findall(r"usdsdg (\w+) (\S+)", done.stderr)
     own, basic = (os.path.join("work", name) for name in ("OwnWriter", "BasicWriter"))
     assert sorted(named) == [("inspect", basic), ("verify", basic), ("verify", own)]
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize("name", [b"a\nb", b"o\xff", "\u00e9'\\\xff".encode() + b"\xff7", b"two words"])
+def test_odd_names_of_folders_are_quoted_so_that_bash_has_them_again(name, monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules["usdsdg"], "_STARTED_IN", str(tmp_path))
+    monkeypatch.setattr(
+        next_commands, "current", lambda: SimpleNamespace(run=SimpleNamespace(portion=None), writers_kinds={})
+    )
+    (line, *_) = commands([tmp_path / os.fsdecode(name)])
+    assert line.isprintable()
+    command = line.split("usdsdg inspect ")[1].rsplit("   (", 1)[0]
+    assert subprocess.run(["bash", "-c", f"printf %s {command}"], capture_output=True).stdout == name

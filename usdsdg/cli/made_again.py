@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import runpy
 import sys
-import tempfile
 import traceback
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, chdir, contextmanager, redirect_stdout
@@ -56,13 +55,13 @@ def of_one_run(datasets: Iterable[Dataset]) -> Iterator[list[Dataset]]:
 
 
 @contextmanager
-def scratch_folder(prefix: str) -> Iterator[Path]:
+def scratch_folder(kind: str) -> Iterator[Path]:
     """Give a temporary folder, below which all files of the run of this process go, wherever they would go."""
     from usdsdg.session.session import current
-    from usdsdg.stores.temporary import temporary_root
+    from usdsdg.stores.temporary import TemporaryFolder
 
-    with tempfile.TemporaryDirectory(prefix=prefix, dir=temporary_root()) as scratch:
-        current().run.scratch = Path(scratch).resolve()
+    with TemporaryFolder(kind) as scratch:
+        current().run.scratch = scratch.resolve()
         yield current().run.scratch
 
 

@@ -4,7 +4,7 @@ import contextlib
 import json
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,7 +16,8 @@ from usdsdg.arguments.values import shown
 from usdsdg.arguments.yaml_bounds import check_yaml, load_json, read_bounded
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.config_errors import KeyPath, Problem, problems_of, suggestion
+from usdsdg.scenarios.config_errors import KeyPath, Problem, dotted, problems_of, suggestion
+from usdsdg.stage.assets.url import is_utf8
 
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
@@ -56,7 +57,11 @@ def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: t
     source = _read(file, overrides)
     config = None
     try:
-        config = model.model_validate(source.values)
+        # Validation crashes at halves of characters, which escapes such as "\\udcff" make.
+        if halves := list(_halves(source.values, ())):
+            source.problems += halves
+        else:
+            config = model.model_validate(source.values)
     except ValidationError as error:
         source.problems += problems_of(error, model)
     if config is None or source.problems:
@@ -192,6 +197,21 @@ def _parse_yaml(file: Path, text: str) -> Any:
         raise ConfigError(f"{file}, line {line}: not valid YAML: {problem}{remedy}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{file}: not valid YAML: {error}") from None
+
+
+def _halves(value: Any, key_path: KeyPath) -> Iterator[Problem]:
+    """Yield a problem for each text or key of a mapping with halves of characters, which are no UTF-8."""
+    if isinstance(value, str) and not is_utf8(value):
+        yield Problem(key_path, f"{dotted(key_path)}: it is not UTF-8 text")
+    elif isinstance(value, dict):
+        for key, below in value.items():
+            if isinstance(key, str) and not is_utf8(key):
+                yield Problem(key_path, f"{dotted((*key_path, ascii(key)))}: the key is not UTF-8 text")
+            else:
+                yield from _halves(below, (*key_path, key))
+    elif isinstance(value, list):
+        for index, below in enumerate(value):
+            yield from _halves(below, (*key_path, index))
 
 
 def _note_lines(node: yaml.Node | None, key_path: KeyPath, source: _Source) -> None:

@@ -24,13 +24,21 @@ def next_commands(folders: Iterable[Path]) -> list[str]:
     """Return a line for each command that looks at these datasets: `usdsdg inspect cubes   (...)`."""
     commands = _OF_PARTS if current().run.portion is not None else _COMMANDS
     pairs = [
-        (f"usdsdg {command} {shlex.quote(_shortest(folder))}", what)
+        (f"usdsdg {command} {_quoted(_shortest(folder))}", what)
         for folder in folders
         for command, what in commands.items()
         if command != "inspect" or _is_readable(folder)
     ]
     width = max((len(command) for command, _ in pairs), default=0)
     return [f"{'next: ' if number == 0 else '      '}{c:{width}}   ({what})" for number, (c, what) in enumerate(pairs)]
+
+
+def _quoted(name: str) -> str:
+    """Return a name as shells read it; one with line ends, or with bytes that are no UTF-8, as bash and zsh do."""
+    if name.isprintable():
+        return shlex.quote(name)
+    plain = set(range(32, 127)) - set(b"\\'")
+    return "$'" + "".join(chr(byte) if byte in plain else f"\\{byte:03o}" for byte in os.fsencode(name)) + "'"
 
 
 def _is_readable(folder: Path) -> bool:

@@ -21,7 +21,7 @@ from usdsdg.listeners import Listeners
 from usdsdg.operating_system import hold_standard_descriptors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets, usd_threads
-from usdsdg.stage.assets import anchors, objects
+from usdsdg.stage.assets import anchors, objects, opened
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
@@ -95,6 +95,7 @@ class Session:
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 
     def __init__(self) -> None:
+        self.note_before = opened.last_note()  # of the files that were read before this session
         self.stage: Usd.Stage | None = None
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
         self.saved_as: str | None = None  # the file that a script has saved the current stage as

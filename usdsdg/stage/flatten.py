@@ -112,12 +112,12 @@ def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:
 
 
 def _in_working_folder(path: str) -> str:
-    """Return where a relative path leads from the working folder; "" if no file is there."""
+    """Return where a relative path leads from the working folder; "" if no file is there that USD could name."""
     try:
         absolute = os.path.abspath(path)
     except FileNotFoundError:  # a script may have removed the folder that it has gone to
         return ""
-    return absolute if _exists(absolute) else ""
+    return absolute if is_utf8(absolute) and _exists(absolute) else ""
 
 
 def _exists(path: str) -> bool:

@@ -10,15 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-import tempfile
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from usdsdg.errors import StoreError
-from usdsdg.operating_system import removed_with
 from usdsdg.stores.store import Store
-from usdsdg.stores.temporary import temporary_root
+from usdsdg.stores.temporary import TemporaryFolder
 
 _PIECE = re.compile(r"(.+)\.pieces/(\w+)-(\d+)")
 _NEW = "new"
@@ -35,8 +33,8 @@ class Mirror:
         prefix: of the files. is_kept: whether a file, by its path in the store, is among them. grows: whether it is
         appended to.
         """
-        self.path = Path(tempfile.mkdtemp(prefix="usdsdg-mirror-", dir=temporary_root()))
-        removed_with(self, self.path)
+        self._folder = TemporaryFolder("mirror")
+        self.path = self._folder.path
         self._store, self._prefix, self._is_kept, self._grows = store, prefix, is_kept, grows
         self._there: dict[str, set[str]] = {}  # objects of the store by the file of which they are
         self._same: dict[str, tuple[int, int]] = {}  # of each file: time [ns] and size when the store had the same

@@ -1,12 +1,10 @@
 """Where the files of a job's writers go while its frames are handed over: to none of the folders that it names."""
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from usdsdg.session.session import current
-from usdsdg.stores.temporary import temporary_root
+from usdsdg.stores.temporary import TemporaryFolder
 from usdsdg.writers.journal.run import get_run
 
 
@@ -21,8 +19,8 @@ def files_aside(*, keeps_folders: bool) -> Iterator[None]:
     Raises:
         OutputNotWritable: there is no folder for temporary files.
     """
-    with tempfile.TemporaryDirectory(prefix="usdsdg-", dir=temporary_root(), ignore_cleanup_errors=True) as scratch:
-        get_run().set_aside(Path(scratch).resolve(), keeps_folders=keeps_folders)
+    with TemporaryFolder("stream") as scratch:
+        get_run().set_aside(scratch.resolve(), keeps_folders=keeps_folders)
         try:
             yield
         finally:

@@ -6,7 +6,6 @@ What is compared is read anew: ids and depth from rays, poses and labels from th
 from __future__ import annotations
 
 import gzip
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -26,7 +25,7 @@ from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
-from usdsdg.stores.temporary import temporary_root
+from usdsdg.stores.temporary import TemporaryFolder
 from usdsdg.verify.checks.compare import differs, text
 from usdsdg.verify.recorded_assets import RecordedAssets
 from usdsdg.verify.stage_bounds import bounds_below, bounds_of, bounds_of_part
@@ -73,8 +72,8 @@ def redraw(
 
 
 def _frame(data: Folder, record: FrameRecord, recorded: RecordedAssets) -> list[Fault]:
-    with tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
-        stage = _stage(data, record, Path(folder), recorded)
+    with TemporaryFolder("redraw") as folder:
+        stage = _stage(data, record, folder, recorded)
         time = Usd.TimeCode.Default() if record.stage["time"] is None else Usd.TimeCode(record.stage["time"])
         renderer = engines.renderer()
         renderer.glass_labels = record.stage["glass"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import tempfile
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -15,12 +14,12 @@ from threading import Lock
 from typing import Any
 
 from usdsdg.errors import WriterError
-from usdsdg.operating_system import BINARY, removed_with
+from usdsdg.operating_system import BINARY
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.addresses import is_url
 from usdsdg.stores.paths import path_below
-from usdsdg.stores.temporary import temporary_root
+from usdsdg.stores.temporary import TemporaryFolder
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
@@ -120,7 +119,7 @@ class Spool:
         once: it is large, and removed when the run is complete; where no journal is kept, it is a temporary file.
         """
         self._backend, self._name, self._kind, self._once = backend, f"{ONCE}/{name}" if once else name, kind, once
-        self._temporary: _TemporaryFolder | None = None
+        self._temporary: TemporaryFolder | None = None
         self._claimed: DatasetFolder | None = None
         self._size = self._count = 0
         self._about = "{}"
@@ -131,7 +130,7 @@ class Spool:
         place = place_of(self._backend)
         self._claimed = claimed = None if place is None else get_run().claim(place)
         if claimed is None and (self._once or place is None or is_url(place)):
-            self._temporary = _TemporaryFolder()
+            self._temporary = TemporaryFolder("spool")
             place = str(self._temporary.path)
         folder = Path(place or "")
         path = path_below(folder / FOLDER if claimed is None else claimed.aggregates, f"{self._name}{SUFFIX}")
@@ -222,14 +221,6 @@ class Spool:
             with contextlib.suppress(OSError):
                 os.ftruncate(descriptor, self._size)
             raise
-
-
-class _TemporaryFolder:
-    """A folder that is removed with this object."""
-
-    def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-", dir=temporary_root()))
-        removed_with(self, self.path)
 
 
 def kind_of(path: Path) -> str:

@@ -20,7 +20,7 @@ from usdsdg.cli.app import app
 from usdsdg.cli.commands.generate import make_part
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking import job
-from usdsdg.scenarios.bin_picking.bin import suiting
+from usdsdg.scenarios.bin_picking.bin import given, suiting
 from usdsdg.scenarios.bin_picking.cameras import add_cameras
 from usdsdg.scenarios.bin_picking.drop import middle_of
 from usdsdg.scenarios.draws import Draws
@@ -205,6 +205,19 @@ def test_a_rig_moves_as_one_and_looks_at_the_bin(stage, tmp_path):
         assert depth[0] > 0
         assert np.abs(pixel[0] - (160, 120)).max() < 60
     assert np.linalg.norm(places[0] - places[1]) > 0.05
+
+
+def test_a_bin_far_too_large_for_positions_of_its_parts_is_refused(tmp_path):
+    write_three(tmp_path)
+    assets = read_assets(files_by_label(str(tmp_path)), "m")
+    smallest = min(max(np.subtract(each.high, each.low)) for each in assets)
+    size = given((20.0, 30.0, 2.0), assets)
+    assert (size.width, size.depth, size.height) == (20.0, 30.0, 2.0)
+    with pytest.raises(ConfigError, match=r"bin\.size is \[1\.0, 1000000\.0, 1\.0\] m: .* Give at most 10,000 times"):
+        given((1.0, 1e6, 1.0), assets)
+    most = 9_999.0 * float(smallest)
+    given((1.0, most, 1.0), assets)
+    assert np.spacing(np.float32(most / 2)) < 1e-3 * smallest
 
 
 def test_bop_refuses_distorted_lenses_before_any_work(tmp_path):

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from usdsdg.stage.assets.opened import note_opened
+from usdsdg.stage.assets.opened import last_note, note_opened
 from usdsdg.writers.journal.facts import AssetFacts, assets_of_two_contents, changed_assets
 from usdsdg_render.images import image_files
 
@@ -21,7 +21,7 @@ def test_a_run_names_the_files_that_it_used_itself(tmp_path):
             stream.write(file)
     for file in files[:2]:
         image_files.read_bytes(file)  # by an earlier run of this process
-    facts = AssetFacts()
+    facts = AssetFacts(last_note())
     assert names(facts) == []
     image_files.modified(files[1])  # looked up in a cache
     assert names(facts) == ["b.png"]
@@ -31,7 +31,7 @@ def test_a_run_names_the_files_that_it_used_itself(tmp_path):
 
 
 def test_what_is_no_file_is_not_read(tmp_path):
-    facts = AssetFacts()
+    facts = AssetFacts(last_note())
     note_opened("/dev/zero")
     note_opened(os.fspath(tmp_path))
     note_opened(str(tmp_path / "gone.png"))
@@ -43,7 +43,7 @@ def test_assets_have_their_names_below_the_root_also_where_no_stage_was_seen(tmp
     monkeypatch.setenv("USDSDG_ASSETS_ROOT", str(tmp_path))
     (tmp_path / "Isaac").mkdir()
     (tmp_path / "Isaac/sky.hdr").touch()
-    facts = AssetFacts()
+    facts = AssetFacts(last_note())
     note_opened(str(tmp_path / "Isaac/sky.hdr"))
     assert names(facts) == ["/Isaac/sky.hdr"]
 
@@ -55,7 +55,7 @@ def test_files_elsewhere_make_no_demo_assets(tmp_path, monkeypatch):
 
     monkeypatch.delenv("USDSDG_ASSETS_ROOT", raising=False)
     monkeypatch.setattr("usdsdg.stage.assets.root._fallback", demo)
-    facts = AssetFacts()
+    facts = AssetFacts(last_note())
     (tmp_path / "own.png").touch()
     note_opened(str(tmp_path / "own.png"))
     assert names(facts) == ["own.png"]
@@ -68,7 +68,7 @@ def test_files_of_one_name_in_several_folders_are_told_apart(tmp_path):
         file.write_text(str(file))
 
     def read(*chosen):
-        facts = AssetFacts()
+        facts = AssetFacts(last_note())
         facts.source = tmp_path / "script.py"
         for file in chosen:
             note_opened(str(file))
@@ -87,17 +87,17 @@ def test_files_of_one_name_in_several_folders_are_told_apart(tmp_path):
 def test_temporary_files_have_no_path_which_would_be_another_in_each_run(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     (tmp_path / "drawn.png").write_text("drawn by the script")
-    facts = AssetFacts()
+    facts = AssetFacts(last_note())
     note_opened(str(tmp_path / "drawn.png"))
     assert ["path" in each for each in facts.take().values()] == [False]
 
 
 AT_EXIT = """
 import atexit, sys
-from usdsdg.stage.assets.opened import note_opened
+from usdsdg.stage.assets.opened import last_note, note_opened
 from usdsdg.writers.journal.facts import AssetFacts
 
-facts = AssetFacts()
+facts = AssetFacts(last_note())
 atexit.register(lambda: print(*(each["name"] for each in facts.take().values())))
 note_opened(sys.argv[1])
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -167,7 +166,7 @@ def _make_frames(group: Sequence[Summary], recipe: Recipe, file: Path, how: How,
 
     Returns what `made_again.make` returns.
     """
-    with made_again.scratch_folder("usdsdg-repair-") as scratch:
+    with made_again.scratch_folder("repair") as scratch:
         try:
             failure = made_again.make([each.path for each in group], recipe, file, scratch, portion, how)
         finally:  # also what was made before Ctrl-C, so that the next repair goes on from there
@@ -191,14 +190,14 @@ def _take_sources(group: Sequence[Summary], given: Path | None) -> None:
 def _make_of_spools(group: Sequence[Summary]) -> None:
     """Make files about all frames of the records beside the data."""
     from usdsdg.repair import spooled
-    from usdsdg.stores.temporary import temporary_root
+    from usdsdg.stores.temporary import TemporaryFolder
 
     for each in group:
         spools = [spool for name, spool in each.plan.spools.items() if name in each.repair.left]
         if spools:
-            with tempfile.TemporaryDirectory(prefix="usdsdg-repair-", dir=temporary_root()) as made:
-                why = spooled.write(each.path, spools, Path(made).resolve())
-                each.repair.take([Path(made)])
+            with TemporaryFolder("repair") as made:
+                why = spooled.write(each.path, spools, made.resolve())
+                each.repair.take([made])
             each.repair.explain(each.plan.spools, why)
 
 

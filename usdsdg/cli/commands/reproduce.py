@@ -120,7 +120,7 @@ def _reproduce(
     differences = made_again.differences(recipe)
     for said in differences:
         print(f"note: made with {said}", file=sys.stderr)
-    with made_again.scratch_folder("usdsdg-reproduce-") as scratch:
+    with made_again.scratch_folder("reproduce") as scratch:
         failure = made_again.make([each.path for each in datasets], recipe, file, scratch, portion, how)
         folders = made_again.folders_in(scratch)
         results = []

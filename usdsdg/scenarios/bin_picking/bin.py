@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from usdsdg.errors import ConfigError
 from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.shared.mesh_folder import MeshAsset
 from usdsdg.scenarios.shared.pictures import Picture
@@ -18,6 +19,8 @@ from usdsdg.stage.poses.xform_ops import author_pose
 # A bin that suits its parts is so full of their bounds, and at least so many of the largest one wide and deep.
 _FILLED, _LARGEST = 2.0, 2.0
 _SHAPE = (4.0, 3.0, 1.5)  # width, depth, height
+# Lengths of the smallest part from one side of a bin to the other, at most. Its positions are a thousandth of it apart.
+_MOST = 10_000
 _TABLE = 6.0  # width of the table, in widths of the bin
 # Height of the mold's walls above the rim, and its thickness below the floor, in heights of the bin.
 _MOLD_ABOVE, _MOLD_BELOW = 20.0, 1.0
@@ -50,6 +53,27 @@ def suiting(assets: Sequence[MeshAsset], parts: int) -> BinSize:
     unit = max(unit, _LARGEST * float(sizes.max()) / _SHAPE[1])
     width, depth, height = (_rounded(unit * each) for each in _SHAPE)
     return BinSize(width, depth, height)
+
+
+def given(size: Sequence[float], assets: Sequence[MeshAsset]) -> BinSize:
+    """Return the size that a configuration gives.
+
+    Raises:
+        ConfigError: positions that far from its middle are too coarse, in 32-bit numbers, for parts of that size.
+    """
+    smallest = min(assets, key=_longest)
+    if max(size) > _MOST * _longest(smallest):
+        raise ConfigError(
+            f"bin.size is {list(size)} m: contacts and pictures have positions in 32-bit numbers, too coarse there for "
+            f"parts such as {smallest.label}, which is {_longest(smallest):.2g} m long. Give at most {_MOST:,} times "
+            "its length, or null for a bin that suits the parts"
+        )
+    return BinSize(*size)
+
+
+def _longest(asset: MeshAsset) -> float:
+    """Return the longest side of a mesh's bounds [m]."""
+    return float(np.subtract(asset.high, asset.low).max())
 
 
 def _rounded(meters: float) -> float:

@@ -15,7 +15,7 @@ import usdsdg as rep
 from usdsdg.errors import warnings_remembered
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
-from usdsdg.scenarios.bin_picking.bin import BinSize, StageBin, suiting
+from usdsdg.scenarios.bin_picking.bin import StageBin, given, suiting
 from usdsdg.scenarios.bin_picking.cameras import BinCamerasOnStage, add_cameras
 from usdsdg.scenarios.bin_picking.config import BinPickingConfig
 from usdsdg.scenarios.bin_picking.drop import Part, fill, make_part
@@ -52,6 +52,7 @@ def run(config: BinPickingConfig) -> Summary:
     Ctrl-C finishes the frame and its files, and raises KeyboardInterrupt.
 
     Raises:
+        ConfigError: bin.size is far too large for the parts.
         AssetError: a mesh or a sky cannot be used.
         WriterError: an option of a format has a wrong value, or its files cannot be written.
     """
@@ -118,7 +119,7 @@ def build(config: BinPickingConfig, hand: Sequence[Kind], assets: Sequence[MeshA
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     add_physics_scene(stage)
     rep.orchestrator.set_capture_on_play(False)
-    size = BinSize(*config.bin.size) if config.bin.size else suiting(assets, config.parts.per_bin[1])
+    size = given(config.bin.size, assets) if config.bin.size else suiting(assets, config.parts.per_bin[1])
     pictures = pictures_in(config.table or pattern_folder())
     brightness = Brightness(config.lights.sky, config.lights.lamps, config.lights.lamp_count)
     return Scene(

@@ -48,11 +48,12 @@ class AssetFacts:
         source: the script or configuration; None: there is none.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, note: int) -> None:
+        """note: the last one of files that were read before, by what else this process did."""
         self.source: Path | None = None
         self._modules = 0  # how many were imported when those of the script were looked for last
         self._seen: set[str] = set()  # files
-        self._note = last_note()  # of files that were used before, by what this process did earlier
+        self._note = note
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
         self._pool: ThreadPoolExecutor | None = None
         self._lock = threading.Lock()

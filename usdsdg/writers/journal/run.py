@@ -63,7 +63,7 @@ class Run:
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
         self._ended: set[str] = set()  # folders whose journals could not be told of a frame, nor are of later ones
-        self._assets, self._known_assets = AssetFacts(), {}
+        self._assets, self._known_assets = AssetFacts(current().note_before), {}
         self._settings: dict[str, Any] = {}  # at the frame at which a folder was new last
         self._appended_at = time.monotonic()
         self._is_main_script_known = False

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from usdsdg.stores.temporary import temporary_root
+from usdsdg.stores.temporary import TemporaryFolder
 from usdsdg.writers.formats.rerun.rerun_extra import rerun
 
 APPLICATION = "usdsdg"
@@ -42,8 +40,8 @@ def chunks(logged: Sequence[Logged]) -> list[Any]:
 def rrd_bytes(made: Sequence[Any], recording: str) -> bytes:
     """Return chunks as a file. recording: its id; the viewer opens files with the same id as one recording."""
     stream = rerun().chunk.LazyChunkStream.from_iter(made)
-    with tempfile.TemporaryDirectory(prefix="usdsdg-rerun-", dir=temporary_root()) as folder:
-        file = Path(folder) / "frame.rrd"
+    with TemporaryFolder("rerun") as folder:
+        file = folder / "frame.rrd"
         stream.write_rrd(file, application_id=APPLICATION, recording_id=recording)
         return file.read_bytes()
 
