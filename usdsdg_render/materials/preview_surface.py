@@ -82,11 +82,24 @@ def as_pane(material: Material) -> Material:
 
 
 def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
+    _warn_of_connected(network, surface)
     displacement = network.source(surface, "displacement")
     if displacement.shader is not None or network.number(surface, "displacement", 0.0) != 0.0:
         network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
     if network.source(surface, "normal").shader is None and network.floats(surface, "normal", UP) != UP:
         network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
+
+
+def _warn_of_connected(network: Network, surface: UsdShade.Shader) -> None:
+    """Warn of inputs that are one number for the whole material where a shader computes them."""
+    for name in ("useSpecularWorkflow", "opacityMode", "opacityThreshold", "ior"):
+        source = network.source(surface, name)
+        if source.shader is not None:
+            network.warn(
+                surface,
+                f"inputs:{name} is connected to {source.shader.GetPath()}, but is read as a constant; the default is "
+                f"used. Author a value.",
+            )
 
 
 def reflectance(ior: float) -> float:

@@ -16,7 +16,7 @@ from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.plain_colors import PlainColor
-from usdsdg_render.usd.point_instancer import PointInstance, expand
+from usdsdg_render.usd.point_instancer import PointInstances, expand
 from usdsdg_render.usd.prim_kinds import GPRIMS, INSTANCER, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
@@ -85,7 +85,8 @@ class Placements:
     gprims: list[Gprim] = field(default_factory=list)
     paths: list[str] = field(default_factory=list)
     nodes: list[int] = field(default_factory=list)  # of the gprim, or of its instancer
-    to_instancer: dict[int, np.ndarray] = field(default_factory=dict)  # (4, 4) of those that are point instances
+    # Of those that are point instances: the first one of an instancer, and (N, 4, 4) of it and the next ones.
+    to_instancer: list[tuple[int, np.ndarray]] = field(default_factory=list)
     lasting_paths: list[str] = field(default_factory=list)
 
     def add(self, gprim: Gprim, path: str, node: int) -> None:
@@ -94,10 +95,13 @@ class Placements:
         self.lasting_paths.append(path)
         self.nodes.append(node)
 
-    def add_point(self, gprim: Gprim, instance: PointInstance, node: int) -> None:
-        self.to_instancer[len(self.gprims)] = instance.to_instancer
-        self.add(gprim, instance.path, node)
-        self.lasting_paths[-1] = instance.lasting_path
+    def add_points(self, gprims: Sequence[Gprim], instances: PointInstances, node: int) -> None:
+        """gprims: of each part of `instances`."""
+        self.to_instancer.append((len(self.gprims), instances.to_instancer))
+        self.gprims += [gprims[part] for part in instances.part_of.tolist()]
+        self.paths += instances.paths
+        self.lasting_paths += instances.lasting_paths
+        self.nodes += [node] * len(instances.paths)
 
 
 class Gprims:
@@ -109,7 +113,7 @@ class Gprims:
         self.known: dict[Sdf.Path, Gprim] = {}
         self.prototype_skel_roots: set[Sdf.Path] = set()  # SkelRoots in prototypes of instancers, which no tree has
         self._users: dict[Sdf.Path, list[Gprim]] | None = None  # of materials; None must be found
-        self._point_instances: dict[Sdf.Path, list[PointInstance]] = {}  # of each instancer
+        self._point_instances: dict[Sdf.Path, PointInstances] = {}  # of each instancer
         self._prototypes: dict[Sdf.Path, set[Sdf.Path]] = {}  # prototype roots of each instancer, nested ones included
         self._all_prototypes: Prototypes | None = None
         self._has_other_instancers = True  # than `_all_prototypes` has
@@ -221,14 +225,14 @@ class Gprims:
             if path not in point_instances:
                 prototypes = self._prototypes[path] = set()
                 point_instances[path] = expand(prim, tree.time, prototypes, shared)
-            self._point_instances[path] = point_instances[path]
-            for instance in point_instances[path]:
-                source = instance.prim.GetPath()
+            self._point_instances[path] = instances = point_instances[path]
+            for part in instances.parts:
+                source = part.prim.GetPath()
                 if source not in drawn:
-                    drawn[source] = self._gprim(instance.prim, source, instance.subsets)
-                    if root := UsdSkel.Root.Find(instance.prim):
+                    drawn[source] = self._gprim(part.prim, source, part.subsets)
+                    if root := UsdSkel.Root.Find(part.prim):
                         self.prototype_skel_roots.add(root.GetPath())
-                self.placements.add_point(drawn[source], instance, node)
+            self.placements.add_points([drawn[part.prim.GetPath()] for part in instances.parts], instances, node)
         self._prototypes = {path: self._prototypes[path] for path in self._point_instances}
         self.drawn = list(drawn.values())
         if len(self.known) > 2 * len(drawn) + 64:

@@ -27,8 +27,11 @@ class InstanceTable:
     def set_placements(self, placements: Placements) -> None:
         self._placements = placements
         self._nodes = np.array(placements.nodes, np.int64)
-        self._point_instances = np.array(list(placements.to_instancer), np.int64)
-        self._to_instancer = np.array(list(placements.to_instancer.values())).reshape(-1, 4, 4)
+        points = placements.to_instancer
+        self._point_instances = np.concatenate(
+            [np.zeros(0, np.int64), *(np.arange(first, first + len(each)) for first, each in points)]
+        )
+        self._to_instancer = np.concatenate([np.zeros((0, 4, 4)), *(each for _, each in points)])
         self._has_surface = np.array([gprim.prototype is not None for gprim in placements.gprims], bool)
 
     def write(
@@ -80,7 +83,7 @@ class InstanceTable:
             local_to_world=old.local_to_world,
             slot_offset=np.array([slots[gprim.path] for gprim in gprims], np.int32),
             casts_shadow=np.array([gprim.casts_shadow for gprim in gprims], np.int32),
-            lasting_paths=tuple(placements.lasting_paths[k] for k in drawn) if placements.to_instancer else (),
+            lasting_paths=tuple(placements.lasting_paths[k] for k in drawn) if len(self._point_instances) else (),
         )
         self._drawn = drawn
         columns = ("prototype", "slot_offset", "casts_shadow")

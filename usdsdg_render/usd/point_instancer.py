@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.point_ids import point_numbers
-from usdsdg.stage.geometry.point_names import PrototypeUse, point_name, prototypes_of
+from usdsdg.stage.geometry.point_names import PrototypeUse, names_of_points, prototypes_of
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.prim_kinds import is_invisible, is_material_subset, kind_of, purpose_of, warn_unsupported
@@ -30,14 +30,24 @@ ROW_SHAPES = {
 _ACTIVE = Usd.TraverseInstanceProxies(Usd.PrimIsActive)
 
 
-class PointInstance(NamedTuple):
-    """One gprim of one point instance."""
+class Part(NamedTuple):
+    """One gprim that a prototype draws; of an instancer in the prototype, one for each of its points."""
 
-    path: str  # path of the gprim in the prototype, then the point, see `point_names`
+    path: str  # path of the gprim, then the points of inner instancers, see `point_names`
     lasting_path: str  # the same with every instancer named, whether or not others draw its prototypes
     prim: Usd.Prim
     subsets: list[Usd.Prim]
-    to_instancer: np.ndarray  # (4, 4) float64 gprim to instancer
+    matrix: np.ndarray  # (4, 4) float64 gprim to the parent of the prototype's root
+
+
+class PointInstances(NamedTuple):
+    """The gprims that a point instancer draws, in the order of its points."""
+
+    parts: list[Part]  # those of all prototypes that have points
+    part_of: np.ndarray  # (N,) int64 into `parts`
+    paths: list[str]  # path of the part, then the point
+    lasting_paths: list[str]
+    to_instancer: np.ndarray  # (N, 4, 4) float64 gprim to instancer
 
 
 def source_path(path: str) -> str:
@@ -51,8 +61,8 @@ def expand(
     roots: set[Sdf.Path],
     shared: Set[PrototypeUse],
     outer: tuple[Sdf.Path, ...] = (),
-) -> list[PointInstance]:
-    """Return all gprims that a point instancer draws, in the order of its points; nested instancers included.
+) -> PointInstances:
+    """Return all gprims that a point instancer draws, nested instancers included.
 
     Args:
         roots: receives the paths of the prototype roots, existing or not: the result depends on the prims at and below.
@@ -63,7 +73,7 @@ def expand(
     indices = _per_point(instancer, "protoIndices", time)
     indices = np.zeros(0, np.int32) if indices is None else indices
     if not _has_equal_lengths(schema, time, len(indices)):
-        return []
+        return PointInstances([], np.zeros(0, np.int64), [], [], np.zeros((0, 4, 4)))
     _warn_of_point_colors(instancer)
     prototypes = _prototypes(schema, time, roots, shared, (*outer, instancer.GetPath()))
     are_shared = [(instancer.GetPath(), root) in shared for root in prototypes_of(instancer)]
@@ -76,19 +86,27 @@ def expand(
             f"drawn there. Correct protoIndices."
         )
     drawn = np.flatnonzero(np.asarray(mask, bool) & ~bad)
-    places = np.zeros(len(indices), np.int64)  # of each point among those of its prototype
-    placed: dict[int, list[tuple[PointInstance, np.ndarray]]] = {}
-    for kind in np.unique(indices[drawn]).tolist():
-        points = drawn[indices[drawn] == kind]
-        places[points] = np.arange(len(points))
-        placed[kind] = [(gprim, matrix_product(gprim.to_instancer, matrices[points])) for gprim in prototypes[kind]]
-    found = []
-    for point, kind, place in zip(drawn.tolist(), indices[drawn].tolist(), places[drawn].tolist()):
-        lasting = point_name(instancer.GetPath(), numbers[point], is_shared=True)
-        name = lasting if are_shared[kind] else point_name(instancer.GetPath(), numbers[point], is_shared=False)
-        for gprim, to_instancer in placed[kind]:
-            path, lasting_path = gprim.path + name, gprim.lasting_path + lasting
-            found.append(gprim._replace(path=path, lasting_path=lasting_path, to_instancer=to_instancer[place]))
+    kinds, first = np.unique(indices[drawn], return_index=True)
+    kinds = kinds[np.argsort(first)].tolist()  # as they are drawn first
+    counts = np.zeros(len(prototypes), np.int64)
+    counts[kinds] = [len(prototypes[kind]) for kind in kinds]
+    ends = np.cumsum(counts[indices[drawn]])
+    begins = ends - counts[indices[drawn]]  # of each point
+    total = int(ends[-1]) if len(ends) else 0
+    found = PointInstances([], np.zeros(total, np.int64), [""] * total, [""] * total, np.empty((total, 4, 4)))
+    for kind in kinds:
+        rows = np.flatnonzero(indices[drawn] == kind)
+        points = drawn[rows].tolist()
+        lasting = names_of_points(instancer.GetPath(), [numbers[point] for point in points], is_shared=True)
+        names = names_of_points(instancer.GetPath(), [numbers[point] for point in points], is_shared=False)
+        names = lasting if are_shared[kind] else names
+        for place, part in enumerate(prototypes[kind]):
+            places = begins[rows] + place
+            found.part_of[places] = len(found.parts)
+            found.parts.append(part)
+            found.to_instancer[places] = matrix_product(part.matrix, matrices[points])
+            for at, name, lasting_name in zip(places.tolist(), names, lasting):
+                found.paths[at], found.lasting_paths[at] = part.path + name, part.lasting_path + lasting_name
     return found
 
 
@@ -128,7 +146,7 @@ def _prototypes(
     roots: set[Sdf.Path],
     shared: Set[PrototypeUse],
     outer: tuple[Sdf.Path, ...],
-) -> list[list[PointInstance]]:
+) -> list[list[Part]]:
     """The gprims of each target of `prototypes`, with matrices to the parent of the target."""
     gprims = []
     for path in prototypes_of(schema.GetPrim()):
@@ -159,7 +177,7 @@ def _gprims_below(
     roots: set[Sdf.Path],
     shared: Set[PrototypeUse],
     instancers: tuple[Sdf.Path, ...],
-) -> Iterator[PointInstance]:
+) -> Iterator[Part]:
     """The drawn gprims of a prototype, with matrices to the parent of its root."""
     cache = UsdGeom.XformCache(time)
     ancestors: list[tuple[int, np.ndarray, str]] = []  # (depth, matrix, purpose)
@@ -188,13 +206,18 @@ def _gprims_below(
                     f"drawn there. Take it out of prototypes."
                 )
                 continue
-            for inner in expand(prim, time, roots, shared, instancers):
-                yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
+            inner = expand(prim, time, roots, shared, instancers)
+            matrices = matrix_product(inner.to_instancer, matrix)
+            for place, path, lasting, to_parent in zip(
+                inner.part_of.tolist(), inner.paths, inner.lasting_paths, matrices
+            ):
+                part = inner.parts[place]
+                yield Part(path, lasting, part.prim, part.subsets, to_parent)
         elif kind in prim_kinds.GPRIMS:
             children = prim.GetFilteredChildren(_ACTIVE) if kind == prim_kinds.MESH else []
             subsets = [child for child in children if kind_of(child) == prim_kinds.SUBSET and is_material_subset(child)]
             path = str(prim.GetPath())
-            yield PointInstance(path, path, prim, subsets, matrix)
+            yield Part(path, path, prim, subsets, matrix)
         elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
             errors.warn_once(
                 f"{prim.GetPath()}: lights in the prototypes of a point instancer are not supported; it shines no "

@@ -472,6 +472,14 @@ def test_unknown_nodes_are_named_and_the_default_counts():
         np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
 
 
+@pytest.mark.parametrize("name", ["useSpecularWorkflow", "opacityThreshold", "ior"])
+def test_connected_inputs_that_are_read_as_constants_are_named(name):
+    looks = Looks()
+    looks.connect(name, looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float"))
+    with pytest.warns(UserWarning, match=f"inputs:{name} is connected to /Looks/M/Reader, .* Author a value"):
+        looks.row()
+
+
 @pytest.mark.parametrize("target", ["/Looks/Gone.outputs:rgb", "/Looks/M/Tex.outputs:rgb", "/Looks/M/Loop.outputs:a"])
 def test_connections_to_nothing_are_named_and_the_default_counts(target):
     looks = Looks()

@@ -538,6 +538,29 @@ def test_point_instances_are_placed_as_usd_places_them():
         np.testing.assert_allclose(ours[k], inner @ theirs[k] @ world, atol=1e-6)
 
 
+def test_points_of_prototypes_with_several_gprims_come_in_the_order_of_the_points():
+    stage = make_stage()
+    instancer = make_instancer(stage, [(k, 0, 0) for k in range(6)])
+    instancer.GetProtoIndicesAttr().Set([1, 0, 0, 1, 9, 0])  # of the last but one, nothing is drawn
+    instancer.CreateInvisibleIdsAttr([2])
+    lid = UsdGeom.Cone.Define(stage, "/Points/Protos/Pair/Lid")
+    lid.AddTranslateOp().Set(Gf.Vec3d(0, 0, 7))
+    with pytest.warns(UserWarning, match="1 entry of protoIndices is outside its 2 prototypes"):
+        scene = extract(stage)
+    ball, box, lid = ("/Points/Protos/Pair/Ball", "/Points/Protos/Box", "/Points/Protos/Pair/Lid")
+    drawn = [(box, 0), (ball, 1), (lid, 1), (box, 3), (ball, 5), (lid, 5)]
+    assert scene.instances.paths == tuple(f"{path}[{point}]" for path, point in drawn)
+    assert scene.instances.lasting_paths == tuple(f"{path}[/Points:{point}]" for path, point in drawn)
+
+    # A prototype draws the same in the frame above its root, which points move.
+    cache, protos = UsdGeom.XformCache(), stage.GetPrimAtPath("/Points/Protos")
+    to_world = np.array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
+    for (path, point), matrix in zip(drawn, scene.instances.local_to_world):
+        moved = np.array(cache.ComputeRelativeTransform(stage.GetPrimAtPath(path), protos)[0])
+        moved[3, 0] += point
+        np.testing.assert_allclose(matrix, moved @ to_world, atol=1e-6)
+
+
 def test_point_instances_have_ids_and_can_be_hidden():
     stage = make_stage()
     instancer = make_instancer(stage, [(k, 0, 0) for k in range(4)])

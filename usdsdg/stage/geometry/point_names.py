@@ -80,7 +80,13 @@ class Prototypes:
 
 def point_name(instancer: Sdf.Path, point: int, *, is_shared: bool) -> str:
     """Return what follows the path of a prim in a prototype."""
-    return f"[{instancer}:{point}]" if is_shared else f"[{point}]"
+    return names_of_points(instancer, (point,), is_shared=is_shared)[0]
+
+
+def names_of_points(instancer: Sdf.Path, points: Sequence[int], *, is_shared: bool) -> list[str]:
+    """Return `point_name` of many points."""
+    prefix = f"{instancer}:" if is_shared else ""
+    return [f"[{prefix}{point}]" for point in points]
 
 
 def split_name(name: str) -> tuple[Sdf.Path, Sequence[tuple[Sdf.Path | None, int]]]:

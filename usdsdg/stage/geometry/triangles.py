@@ -17,6 +17,8 @@ SEGMENTS = 48
 Size: TypeAlias = Callable[[str], float]
 # Chooses faces of a mesh: (F,) bool; None for all of them.
 Faces: TypeAlias = Callable[[Usd.Prim], np.ndarray | None]
+# Gives the matrix (4, 4) from a prim to the space that triangles are placed in.
+Place: TypeAlias = Callable[[Usd.Prim], np.ndarray]
 # Whether a prim is left out, with all below it.
 LeftOut: TypeAlias = Callable[[Usd.Prim], bool]
 # Permutation of coordinates that rotates shapes around +Z to another axis.
@@ -64,6 +66,12 @@ def triangles_below(
     left_out: asked of all prims, also of those in prototypes.
     """
     cache = UsdGeom.XformCache(time)
+    return _below(prims, lambda prim: as_array(cache.GetLocalToWorldTransform(prim)), faces_of, left_out, time)
+
+
+def _below(
+    prims: Iterable[Usd.Prim], place_of: Place, faces_of: Faces | None, left_out: LeftOut | None, time: Usd.TimeCode
+) -> list[TriangleInstance]:
     found = []
     for root in prims:
         walk = iter(range_below(root))
@@ -72,9 +80,9 @@ def triangles_below(
                 walk.PruneChildren()
             elif prim.IsA(UsdGeom.PointInstancer):
                 walk.PruneChildren()
-                found += _instances(UsdGeom.PointInstancer(prim), cache, faces_of, left_out)
+                found += _instances(UsdGeom.PointInstancer(prim), place_of(prim), faces_of, left_out, time)
             elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim, faces_of, time)) is not None:
-                found.append(TriangleInstance(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
+                found.append(TriangleInstance(str(prim.GetPath()), own, place_of(prim)))
     return found
 
 
@@ -86,27 +94,33 @@ def range_below(root: Usd.Prim) -> Usd.PrimRange:
 
 
 def _instances(
-    instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache, faces_of: Faces | None, left_out: LeftOut | None
+    instancer: UsdGeom.PointInstancer,
+    to_world: np.ndarray,
+    faces_of: Faces | None,
+    left_out: LeftOut | None,
+    time: Usd.TimeCode,
 ) -> Iterator[TriangleInstance]:
     stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
-    to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
-    time = cache.GetTime()
-    transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.IncludeProtoXform)
+    transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.ExcludeProtoXform)
     mask = instancer.ComputeMaskAtTime(time)
     every = enumerate(instancer.GetProtoIndicesAttr().Get(time) or ())
     shown = [each for each, is_shown in zip(every, mask or repeat(True)) if is_shown]
-    parts: dict[int, list[tuple[Triangles, np.ndarray]]] = {}
+    parts: dict[int, list[TriangleInstance]] = {}
     for kind, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
         root = stage.GetPrimAtPath(target)
-        # The instance transforms include the prototype's own transform already.
-        root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
-        parts[kind] = [
-            (placed.triangles, placed.to_world @ as_array(root_to_world))
-            for placed in (triangles_below([root], faces_of, left_out=left_out, time=time) if root else ())
-        ]
+        parts[kind] = _below([root], _place_above(root, time), faces_of, left_out, time) if root else []
     for (index, kind), transform in zip(shown, transforms):
-        for triangles, to_prototype in parts.get(kind, ()):
-            yield TriangleInstance(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
+        for part in parts.get(kind, ()):
+            yield TriangleInstance(f"{path}[{index}]", part.triangles, part.to_world @ as_array(transform) @ to_world)
+
+
+def _place_above(root: Usd.Prim, time: Usd.TimeCode) -> Place:
+    """Return what gives the matrix of a prim in a prototype to the frame above its root, which points move.
+
+    Points also move prims that reset the transform stack: such a prim is placed in that frame, not in the world.
+    """
+    cache, above = UsdGeom.XformCache(time), root.GetParent()
+    return lambda prim: as_array(cache.ComputeRelativeTransform(prim, above)[0])
 
 
 def own_triangles(
