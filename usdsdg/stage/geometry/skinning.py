@@ -232,9 +232,9 @@ def _warn_of_shape(shape: UsdSkel.SkinningQuery, skeleton: Usd.Prim) -> None:
 def _movers(root: Usd.Prim, skeleton: Usd.Prim, mesh: Usd.Prim) -> frozenset[Sdf.Path]:
     """Return the prims whose transforms move a skeleton and its mesh apart; none if both move with their SkelRoot."""
     cache = UsdGeom.XformCache()
-    if skeleton.GetPath().HasPrefix(root.GetPath()):
-        if not any(cache.ComputeRelativeTransform(prim, root)[1] for prim in (skeleton, mesh)):
-            return frozenset()
+    is_inside = skeleton.GetPath().HasPrefix(root.GetPath())
+    if is_inside and not any(cache.ComputeRelativeTransform(prim, root)[1] for prim in (skeleton, mesh)):
+        return frozenset()
     return frozenset((*skeleton.GetPath().GetPrefixes(), *mesh.GetPath().GetPrefixes()))
 
 
