@@ -113,3 +113,15 @@ def test_boxes_of_subsets_follow_time_samples(of, product, stage):
     got = annotator.get_data()
     row = got["data"][got["info"]["primPaths"].index("/World/strip/left")]
     assert tuple(row[name] for name in ("x_min", "y_min", "x_max", "y_max")) == expected
+
+
+def test_a_box_of_a_subset_follows_another_that_goes(product, stage):
+    get_settings().set(SETTING, True)
+    UsdGeom.Subset(stage.GetPrimAtPath("/World/strip/left")).GetIndicesAttr().Set([0, 1])
+    annotator = rep.annotators.get("bounding_box_3d")
+    annotator.attach(product)
+    for is_active, width in ((True, 1), (False, 2)):
+        stage.GetPrimAtPath("/World/strip/middle").SetActive(is_active)
+        rep.orchestrator.step()
+        got = annotator.get_data()
+        assert got["data"][got["info"]["primPaths"].index("/World/strip/left")]["x_max"] == width

@@ -95,7 +95,7 @@ class PrimBounds:
         if roots := changes.resynced:
             changed = {root.GetParentPath() if root.GetParentPath() in self._divided else root for root in roots}
             self._hulls = {path: hull for path, hull in self._hulls.items() if not is_below(path, changed)}
-            self._keep(lambda path: not is_below(path, roots))
+            self._keep(lambda path: not is_below(path, changed))
             self._forget_above(roots)
             self._forget_placed_by(roots)
         for names, paths in changes.by_names.items():
