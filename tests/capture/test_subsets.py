@@ -6,6 +6,7 @@ from pxr import Gf, UsdGeom
 
 import usdsdg as rep
 from usdsdg.session.settings.store import get_settings
+from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.semantics.labels import add_labels
 
 SETTING = "/syntheticdata/sensors/perSubsetSegmentation"
@@ -84,3 +85,43 @@ def test_point_clouds_have_the_labels_of_subsets(product):
     left = points["data"][:, 0] < 1
     assert len(set(points["info"]["pointInstance"][left])) == 1
     assert len(np.unique(points["info"]["pointInstance"])) == 2
+
+
+@pytest.mark.parametrize("of", ["the mesh", "a subset", "another subset"])
+def test_boxes_of_subsets_follow_time_samples(of, product, stage):
+    get_settings().set(SETTING, True)
+    if of == "the mesh":
+        points = UsdGeom.Mesh(stage.GetPrimAtPath("/World/strip")).GetPointsAttr()
+        before = points.Get()
+        points.Set(before, 0)
+        points.Set([point * 2 for point in before], 60)
+        expected = (0, 0, 2, 2)
+    else:
+        path = "/World/strip/left" if of == "a subset" else "/World/strip/middle"
+        indices = UsdGeom.Subset(stage.GetPrimAtPath(path)).GetIndicesAttr()
+        indices.Set([0] if of == "a subset" else [1], 0)
+        indices.Set([0, 2], 60)
+        expected = (0, 0, 3, 1)
+        if of == "another subset":
+            UsdGeom.Subset(stage.GetPrimAtPath("/World/strip/left")).GetIndicesAttr().Set([0, 1])
+            expected = (1, 0, 2, 1)  # the faces of the last subset are no more its own
+    annotator = rep.annotators.get("bounding_box_3d")
+    annotator.attach(product)
+    for second in (0.0, 1.0):
+        get_timeline().set_current_time(second)
+        rep.orchestrator.step(delta_time=0.0)
+    got = annotator.get_data()
+    row = got["data"][got["info"]["primPaths"].index("/World/strip/left")]
+    assert tuple(row[name] for name in ("x_min", "y_min", "x_max", "y_max")) == expected
+
+
+def test_a_box_of_a_subset_follows_another_that_goes(product, stage):
+    get_settings().set(SETTING, True)
+    UsdGeom.Subset(stage.GetPrimAtPath("/World/strip/left")).GetIndicesAttr().Set([0, 1])
+    annotator = rep.annotators.get("bounding_box_3d")
+    annotator.attach(product)
+    for is_active, width in ((True, 1), (False, 2)):
+        stage.GetPrimAtPath("/World/strip/middle").SetActive(is_active)
+        rep.orchestrator.step()
+        got = annotator.get_data()
+        assert got["data"][got["info"]["primPaths"].index("/World/strip/left")]["x_max"] == width

@@ -253,3 +253,15 @@ def test_instances_are_activated_and_deactivated_while_playing():
     engine.advance(30 * STEP)
     assert _heights(bodies) == pytest.approx([0.1, 0.1 - fallen(30), -fallen(30)], abs=2e-3)
     assert engine.rigid_bodies == ("/World/many[0]", "/World/many[2]")
+
+
+def test_an_instance_is_deactivated_while_others_move():
+    stage = new_stage()
+    ground = _instancer(stage, [(0, 0, -0.5), (3, 0, -0.5)], half=0.5, path="/World/ground")
+    bodies = _instancer(stage, [(0, 0, 0.1), (3, 0, 0.1)], body=True)
+    engine = playing(stage)
+    engine.advance(30 * STEP)
+    ground.GetPositionsAttr().Set([Gf.Vec3f(0.1, 0, -0.5), Gf.Vec3f(3, 0, -0.5)])
+    ground.DeactivateId(1)
+    engine.advance(30 * STEP)
+    assert _heights(bodies) == pytest.approx([0.1, 0.1 - fallen(30)], abs=2e-3)

@@ -161,6 +161,19 @@ def test_metadata_of_a_prim_names_no_attribute(stage, tracker):
     assert facts(tracker.take()) == (set(), {path("/World/a"): set()}, [])
 
 
+def test_metadata_is_told_beside_properties(stage, tracker):
+    prim = stage.GetPrimAtPath("/World/a")
+    prim.CreateAttribute("custom", Sdf.ValueTypeNames.Float)
+    tracker.take()
+    prim.GetAttribute("custom").Set(1.0)
+    assert tracker.take().metadata == frozenset()
+    prim.GetAttribute("custom").Set(2.0)
+    prim.SetCustomDataByKey("note", "x")
+    changes = tracker.take()
+    assert changes.changed == {path("/World/a"): {"custom"}}
+    assert changes.metadata == {path("/World/a")}
+
+
 def test_a_replaced_layer_resyncs_everything(stage, tracker):
     stage.GetRootLayer().Clear()
     assert tracker.take().resynced <= {ROOT, path("/World")}

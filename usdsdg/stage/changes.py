@@ -73,9 +73,16 @@ class Changes:
     def changed(self) -> dict[Sdf.Path, set[str]]:
         """Prim path -> names of attributes and relationships that were set, added or removed, without a handle.
 
-        An empty set means metadata only; "/" is the stage's own (metersPerUnit, upAxis).
+        An empty set means metadata only, see `metadata`; "/" is the stage's own (metersPerUnit, upAxis).
         """
         return _names_by_prim(self._named)
+
+    @cached_property
+    def metadata(self) -> frozenset[Sdf.Path]:
+        """Prims of which metadata changed, whether or not properties did, too."""
+        if self.properties is self.edited:  # as mostly
+            return frozenset()
+        return frozenset(path for path in self.edited if path.IsAbsoluteRootOrPrimPath())
 
     @cached_property
     def changed_below_resynced(self) -> dict[Sdf.Path, set[str]]:

@@ -29,6 +29,7 @@ from usdsdg.verify.checks import (
     ids,
     points,
     poses,
+    skeletons,
     solids,
 )
 from usdsdg.verify.checks import files as file_checks
@@ -61,7 +62,7 @@ from usdsdg.writers.journal.place import PARTS
 # Of single images; those that compare images are made for each dataset.
 CHECKS = (
     ids, boxes, solids, depth, camera, poses, points, arrays, bop, cosmos, dope, drawn, ycb_video, coco_keypoints,
-    coco_segments, shards, labeled, voc, cvat, own_annotators,
+    coco_segments, shards, labeled, voc, cvat, own_annotators, skeletons,
 )  # fmt: skip
 Progress = Callable[[str, int, int | None], None]
 UNREAD = "no file is of a format that usdsdg reads, so only the files themselves were compared with the journal"

@@ -148,7 +148,7 @@ class EditReader:
         self._note_sampled(changed)
         cache = BodyXformCache(self._sampled)
         for path, names in changed.items():
-            self._read_prim(str(path), names, cache, edits)
+            self._read_prim(str(path), names, path in changes.metadata, cache, edits)
             if edits.rebuild:
                 break
         return edits
@@ -167,10 +167,12 @@ class EditReader:
                 if any(attribute and is_sampled(attribute) for attribute in attributes):
                     self._sampled.add(path)
 
-    def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
+    def _read_prim(
+        self, path: str, names: set[str], has_metadata: bool, cache: UsdGeom.XformCache, edits: Edits
+    ) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)
         # inactiveIds is metadata of the instancer, and notices give no names of metadata.
-        if path in self._scene.instancers and (names & _INSTANCES or not names):
+        if path in self._scene.instancers and (names & _INSTANCES or has_metadata):
             self._read_instances(path, names, cache, edits)
         if any(name.startswith("xformOp") for name in names):
             edits.rebuild |= any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes)
@@ -248,8 +250,9 @@ class EditReader:
         if counted or not now.colliders.keys() <= self._scene.colliders.keys():
             edits.rebuild = True
             return
-        if not names:
-            edits.rebuild |= set(now.colliders) != self._of_instancer(path, self._scene.colliders)
+        # Of those that are inactive now, if metadata changed.
+        edits.rebuild |= set(now.colliders) != self._of_instancer(path, self._scene.colliders)
+        if edits.rebuild:
             return
         moved = self._moved(path) if names & _INSTANCE_POSES else set()
         for name, body in now.bodies.items():

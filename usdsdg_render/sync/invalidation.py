@@ -125,6 +125,10 @@ class DirtySetBuilder:
             for kind, some in by_kind.items():
                 for part in _stale_parts(kind, names):
                     self._add_part(part, some, names)
+        # Which of their points are inactive is metadata.
+        places = (place for path in changes.metadata for place in places_of(self._stage, path))
+        instancers = [place for place in places if self._tree.kind_at(place) == prim_kinds.INSTANCER]
+        self._add_part("instancers", instancers, frozenset())
         return dirty
 
     def _owner(self, path: Sdf.Path) -> Sdf.Path:
@@ -183,9 +187,7 @@ class DirtySetBuilder:
 
 @lru_cache(maxsize=4096)
 def _stale_parts(kind: int, names: frozenset[str]) -> frozenset[str]:
-    """The parts of a `DirtySet` that a prim belongs to if these properties of it changed, or its metadata alone."""
-    if kind == prim_kinds.INSTANCER and all(map(_is_ignored, names)):
-        return frozenset(["instancers"])  # which of its points are inactive is metadata
+    """The parts of a `DirtySet` that a prim belongs to if these properties of it changed."""
     return frozenset(part for name in names if (part := _stale_part(kind, name)))
 
 

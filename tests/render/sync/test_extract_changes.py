@@ -306,6 +306,10 @@ def test_point_instancers_follow_their_points_and_prototypes():
     instancer.DeactivateId(1)  # metadata
     assert touched(extractor)
     assert_fresh(extractor, stage)
+    instancer.DeactivateId(2)  # beside a property
+    move.Set(Gf.Vec3d(0, 0, 5))
+    assert "instances" in touched(extractor)
+    assert_fresh(extractor, stage)
 
 
 def test_random_edits_end_where_a_fresh_reading_does(stage, extractor, tmp_path):

@@ -95,7 +95,7 @@ class PrimBounds:
         if roots := changes.resynced:
             changed = {root.GetParentPath() if root.GetParentPath() in self._divided else root for root in roots}
             self._hulls = {path: hull for path, hull in self._hulls.items() if not is_below(path, changed)}
-            self._keep(lambda path: not is_below(path, roots))
+            self._keep(lambda path: not is_below(path, changed))
             self._forget_above(roots)
             self._forget_placed_by(roots)
         for names, paths in changes.by_names.items():
@@ -163,13 +163,22 @@ class PrimBounds:
         return self._of_sources[source]
 
     def _note_whether_static(self, prim: Usd.Prim) -> bool:
+        gprim = prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim
         varies = any(
             attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
-            for attribute in attributes_with_values(prim)
+            for each in (gprim, *self._subsets_of(gprim))
+            for attribute in attributes_with_values(each)
         )
-        is_static = not (varies or have_velocities(prim) or self._skinning.is_skinned(prim))
+        is_static = not (varies or have_velocities(gprim) or self._skinning.is_skinned(gprim))
         (self._static.add if is_static else self._static.discard)(prim.GetPath())
         return is_static
+
+    def _subsets_of(self, gprim: Usd.Prim) -> list[Usd.Prim]:
+        """Return the GeomSubsets of a mesh that is divided, which decide together whose its faces are."""
+        if gprim.GetPath() not in self._divided:
+            return []
+        below = gprim.GetFilteredChildren(Usd.TraverseInstanceProxies(Usd.PrimIsActive))
+        return [each for each in below if each.IsA(UsdGeom.Subset)]
 
     def _forget_geometry(self, paths: Iterable[Sdf.Path]) -> None:
         """Forget gprims, also the subsets of a mesh, and of a subset the mesh and the other ones."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,17 @@ _IMAGES = ("png", "jpg", "jpeg")
 _CLOUD = ("rgb", "normals", "semantic", "instance")
 _DEFAULT_FILTER = "class:*"
 
+SKELETONS = "skeletons"  # in `Seen.extra`
+
 Parts = dict[str, str]  # kind, or kind/table, to file
+
+
+@dataclass(frozen=True)
+class Skeletons:
+    """The skeletons of a file, by its keys."""
+
+    file: str
+    skeletons: Mapping[str, Any]
 
 
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
@@ -97,6 +108,7 @@ def _read_images(folder: Folder, seen: Seen, parts: Parts) -> None:
     for kind, tables in _TABLES.items():
         _read_ids(folder, seen, parts, kind, tables)
     _read_arrays(folder, seen, parts)
+    _read_skeletons(folder, seen, parts)
     read_own(folder, seen, parts, _DEFAULT_FILTER)
     _read_points(folder, seen, parts)
 
@@ -218,6 +230,13 @@ def _camera(file: str, values: Mapping[str, Any]) -> Camera:
     return Camera(file, view, 1e-9, (width, height), focal, center, values, projection[1, 1] * height / 2)
 
 
+def _read_skeletons(folder: Folder, seen: Seen, parts: Parts) -> None:
+    file = parts.get("skeleton/json")
+    values = None if file is None else folder.mapping(file, seen.name)
+    if file is not None and values is not None:
+        seen.extra[SKELETONS] = Skeletons(file, values)
+
+
 def _read_points(folder: Folder, seen: Seen, parts: Parts) -> None:
     file = parts.get("pointcloud/npy")
     points = array_of(folder, seen, file, "pointcloud")
@@ -233,4 +252,6 @@ def _read_points(folder: Folder, seen: Seen, parts: Parts) -> None:
     seen.points.append(Points(file, points, others, _filter(seen, "pointcloud"), whole))
 
 
-__all__ = ["BOXES", "DEPTHS", "FILE", "NAME", "PICTURES", "SHOWN", "objects", "read", "view_of"]
+__all__ = [
+    "BOXES", "DEPTHS", "FILE", "NAME", "PICTURES", "SHOWN", "SKELETONS", "Skeletons", "objects", "read", "view_of",
+]  # fmt: skip

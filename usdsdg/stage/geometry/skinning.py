@@ -38,6 +38,7 @@ class _Binding(NamedTuple):
     skeleton_prim: Usd.Prim  # inside an instance this is the instance proxy; the query has the prototype's prim
     mesh: UsdSkel.SkinningQuery
     parts: tuple[Sdf.Path, ...]  # prims outside of the mesh that it depends on
+    movers: frozenset[Sdf.Path]  # prims above mesh and skeleton, and these, if a move of the SkelRoot deforms the mesh
 
 
 def character_predicate(root: UsdSkel.Root) -> Usd._PrimFlagsPredicate:
@@ -68,9 +69,12 @@ class Skinning:
         """Whether changes may affect skinned meshes; then call `invalidate` and skin them again."""
         if self._bindings and any(self._is_within(stage, root) for root in changes.resynced):
             return True
+        if not self._bindings:
+            return False
         roots = [root for root, meshes in self._bindings.items() if meshes]
+        movers = frozenset().union(*(each.movers for meshes in self._bindings.values() for each in meshes.values()))
         edits = changes.changed.items()
-        return bool(roots) and any(_affects_skinning(stage, path, names, roots) for path, names in edits)
+        return any(_affects_skinning(stage, path, names, roots, movers) for path, names in edits)
 
     def _is_within(self, stage: Usd.Stage, resynced: Sdf.Path) -> bool:
         """Whether a subtree contains, or lies below, a SkelRoot or a prim that skinning depends on, or adds one."""
@@ -175,7 +179,8 @@ class Skinning:
                 if not mesh.GetPrim().IsA(UsdGeom.PointBased):
                     _warn_of_shape(mesh, prims[0])
                     continue
-                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, prims[0], mesh, parts)
+                movers = _movers(root.GetPrim(), prims[0], mesh.GetPrim())
+                found[mesh.GetPrim().GetPath()] = _Binding(skeleton, prims[0], mesh, parts, movers)
         return found
 
     @staticmethod
@@ -224,12 +229,23 @@ def _warn_of_shape(shape: UsdSkel.SkinningQuery, skeleton: Usd.Prim) -> None:
         )
 
 
-def _affects_skinning(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path]) -> bool:
+def _movers(root: Usd.Prim, skeleton: Usd.Prim, mesh: Usd.Prim) -> frozenset[Sdf.Path]:
+    """Return the prims whose transforms move a skeleton and its mesh apart; none if both move with their SkelRoot."""
+    cache = UsdGeom.XformCache()
+    is_inside = skeleton.GetPath().HasPrefix(root.GetPath())
+    if is_inside and not any(cache.ComputeRelativeTransform(prim, root)[1] for prim in (skeleton, mesh)):
+        return frozenset()
+    return frozenset((*skeleton.GetPath().GetPrefixes(), *mesh.GetPath().GetPrefixes()))
+
+
+def _affects_skinning(
+    stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path], movers: frozenset[Sdf.Path]
+) -> bool:
     if any(name.startswith(SKEL_PREFIXES) for name in names):
         return True
     # Meshes and skeletons depend on their transforms relative to the root.
-    if any(name.startswith("xformOp") for name in names) and any(
-        path != root and path.HasPrefix(root) for root in roots
+    if any(name.startswith("xformOp") for name in names) and (
+        path in movers or any(path != root and path.HasPrefix(root) for root in roots)
     ):
         return True
     prim = stage.GetPrimAtPath(path)
