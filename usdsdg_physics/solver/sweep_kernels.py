@@ -37,7 +37,7 @@ SWEEPS_PER_CHECK = wp.constant(4)
 # units, such as heaps, others carry the load too, and a step would take half as long again.
 MORE_SWEEPS = wp.constant(5)
 # Likewise where one is hundreds of times as heavy as what it lies on.
-MOST_SWEEPS = wp.constant(40)
+MOST_SWEEPS = wp.constant(20)
 MOST_UNITS = wp.constant(100)
 STACK_UNITS = wp.constant(30)  # two boxes, one on the other, have fewer, and stand without
 
