@@ -155,6 +155,22 @@ def test_authored_inertia_and_center_win():
     assert found.inertia == pytest.approx(np.diag([2, 1, 3]), abs=1e-6)
 
 
+def test_a_body_does_not_turn_about_an_axis_whose_moment_is_zero():
+    """As in PhysX, where it turns by nothing at all; it turned as if it had next to no inertia there."""
+    stage = new_stage()
+    box = add(stage, "/World/box", gravity=False)
+    mass = UsdPhysics.MassAPI.Apply(box)
+    mass.CreateMassAttr(1.0)
+    mass.CreateDiagonalInertiaAttr(Gf.Vec3f(0.0, 0.1, 0.2))
+    errors.forget_warnings()
+    engine = playing(stage)
+    with pytest.warns(errors.UsdsdgWarning, match="^/World/box: physics:diagonalInertia has zeros beside"):
+        engine.apply_forces(["/World/box"], torques=[(1.0, 1.0, 1.0)])
+    engine.step(1 / 60)
+    found = np.radians(box.GetAttribute("physics:angularVelocity").Get())
+    assert found == pytest.approx(np.array([0.0, 10.0, 5.0]) / 60, rel=0.01, abs=1e-4)
+
+
 def test_principal_axes_without_an_inertia_turn_that_of_the_colliders():
     """Of a box of 2 kg, also of one that lies turned in its body; where it spins to is PhysX's answer."""
     stage = new_stage()

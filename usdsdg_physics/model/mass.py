@@ -20,6 +20,8 @@ DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
 # kg; the solver's regularization lets what weighs ten times as much sink millimeters into a floor, and what weighs a
 # hundred times as much fall through it.
 MOST_MASS = 1e8
+# Of moments: more would be lost in single precision, which inverts the inertia.
+LARGEST_RATIO = 1e4
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,17 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
 
     Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not, and neither do
     triangle meshes that are not closed. A body without any that count has 1 kg unless its MassAPI says otherwise. More
-    than `MOST_MASS` counts as that, with a warning.
+    than `MOST_MASS` counts as that, with a warning. As in PhysX, a body does not turn about a principal axis whose
+    moment is authored as 0 where others are not.
     The arrays are read-only.
     """
     found = _mass_of(body.mass, tuple(colliders))
+    moments = body.mass.diagonal_inertia
+    if moments is not None and not all(moments) and not body.kinematic:
+        warn_once(
+            f"{body.path}: physics:diagonalInertia has zeros beside other numbers. As in PhysX, the body hardly turns "
+            "about these axes. Set positive numbers, or three zeros for the inertia of its colliders."
+        )
     if found.mass <= MOST_MASS:
         return found
     if not body.kinematic:
@@ -74,7 +83,7 @@ def _mass_of(given: MassSpec, colliders: tuple[Collider, ...]) -> MassProperties
     if given.mass > 0.0:
         inertia, mass = inertia * (given.mass / mass), given.mass
     if given.diagonal_inertia is not None:
-        inertia = _given_inertia(given)
+        inertia = _given_inertia(replace(given, diagonal_inertia=_without_zeros(given.diagonal_inertia)))
     elif given.has_axes:
         # As in PhysX: the moments are those of the colliders, the axes are not.
         axes = matrix_from_quat(given.principal_axes)
@@ -106,6 +115,13 @@ def _collider_mass(collider: Collider, body_density: float, total_volume: float 
 def _given_inertia(given: MassSpec) -> np.ndarray:
     axes = matrix_from_quat(given.principal_axes)
     return axes.T @ np.diag(given.diagonal_inertia or (0.0, 0.0, 0.0)) @ axes
+
+
+def _without_zeros(moments: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the principal moments of a body in which zeros are `LARGEST_RATIO` times the least of the others."""
+    most = LARGEST_RATIO * min(moment for moment in moments if moment)
+    x, y, z = (moment or most for moment in moments)
+    return x, y, z
 
 
 def _principal_moments(inertia: np.ndarray) -> np.ndarray:
@@ -150,7 +166,7 @@ def _inertia_about(part: MassProperties, center: np.ndarray) -> np.ndarray:
 
 
 def _invertible(inertia: np.ndarray, mass: float) -> np.ndarray:
-    """Raise principal moments to a ten-thousandth of the largest, so that single precision can invert the inertia."""
+    """Raise principal moments of which the largest is more than `LARGEST_RATIO` times as large."""
     moments, axes = np.linalg.eigh((inertia + inertia.T) / 2.0)
-    floor = max(1e-4 * float(moments.max()), 1e-9 * mass, 1e-12)
+    floor = max(float(moments.max()) / LARGEST_RATIO, 1e-9 * mass, 1e-12)
     return (axes * np.maximum(moments, floor)) @ axes.T

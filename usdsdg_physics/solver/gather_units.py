@@ -26,12 +26,14 @@ from usdsdg_physics.solver.sweep_arrays import (
 # Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one; no ratio is a
 # whole number, so that rounding does not decide.
 HEAVIER = wp.constant(15.9)
+HEAVIEST = wp.constant(150.9)  # from which those that 15.9 needs do not suffice
 # That in stacks, where what lies on the heavier body presses, too; and where each lies on a lighter one, of which
 # `burden_class` counts the contacts.
 HEAVIER_IN_STACKS = wp.constant(5.9)
 HEAVIER_IN_EACH = wp.constant(2.9)
 MANY_CONTACTS = wp.constant(8)  # of two boxes that each lie on a lighter one
-COUNTED = wp.constant(4)  # what a contact adds to a number whose rest is 2, 1 or 0
+COUNTED = wp.constant(4)  # what a contact adds to a number whose rest is 3, 2, 1 or 0
+MOST_BURDENED = wp.constant(3)
 
 
 @wp.func
@@ -65,7 +67,7 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
 def carries_heavier(rows: Rows, row: int):
     """Return whether one of the two bodies of a contact lies on the other, and is heavier.
 
-    The number is 2, 1 in stacks, `COUNTED` in stacks of many such contacts, or 0.
+    The number is `MOST_BURDENED`, 2, 1 in stacks, `COUNTED` in stacks of many such contacts, or 0.
     """
     inverse_a = float(0.0)
     inverse_b = float(0.0)
@@ -81,6 +83,8 @@ def carries_heavier(rows: Rows, row: int):
         return 0
     if not below > HEAVIER_IN_STACKS * above:
         return COUNTED
+    if below > HEAVIEST * above:
+        return MOST_BURDENED
     return wp.where(below > HEAVIER * above, 2, 1)
 
 
@@ -94,7 +98,7 @@ def with_burden(before: int, found: int):
 
 @wp.func
 def burden_class(burden: int):
-    """Return 2 where a light body carries a much heavier one, 1 where it does in a stack, or 0."""
+    """Return 2 where a light body carries a much heavier one, or `MOST_BURDENED`, 1 where it does in a stack, or 0."""
     return wp.max(burden % COUNTED, wp.where(burden >= MANY_CONTACTS * COUNTED, 1, 0))
 
 

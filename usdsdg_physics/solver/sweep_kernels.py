@@ -17,7 +17,7 @@ from newton._src.solvers.steel.friction_patches import WARP_DETERMINISM_OFF
 from usdsdg_physics.solver.dense_rows import clamp_dense, limit_dense, solve_dense, solve_dense_friction
 from usdsdg_physics.solver.find_units import find_root, find_units, join, last_node, visit
 from usdsdg_physics.solver.free_rows import limit_free, sweep_free
-from usdsdg_physics.solver.gather_units import burden_class, gather
+from usdsdg_physics.solver.gather_units import MOST_BURDENED, burden_class, gather
 from usdsdg_physics.solver.sweep_arrays import (
     DENSE_FRICTION,
     DENSE_LIMIT,
@@ -36,6 +36,8 @@ SWEEPS_PER_CHECK = wp.constant(4)
 # Times as many sweeps where light bodies carry heavy ones: 150 kg on 1 kg stand, as in PhysX. In islands of more
 # units, such as heaps, others carry the load too, and a step would take half as long again.
 MORE_SWEEPS = wp.constant(5)
+# Likewise where one is hundreds of times as heavy as what it lies on.
+MOST_SWEEPS = wp.constant(20)
 MOST_UNITS = wp.constant(100)
 STACK_UNITS = wp.constant(30)  # two boxes, one on the other, have fewer, and stand without
 
@@ -96,12 +98,12 @@ def arrange_rows(rows: Rows, clamps: int, islands: Islands):
 
 
 @wp.func
-def keep_marked(islands: Islands, marked: wp.array[int], count: int):
-    """Keep of the first `count` active units those of marked islands; return how many these are."""
+def keep_marked(islands: Islands, marked: wp.array[int], least: int, count: int):
+    """Keep of the first `count` active units those of islands with a mark of at least `least`; return their number."""
     kept = int(0)
     for place in range(count):
         at = islands.active[place]
-        if marked[wp.cast(islands.numbers[at + 4], wp.int32)] != 0:
+        if marked[wp.cast(islands.numbers[at + 4], wp.int32)] >= least:
             islands.active[kept] = at
             kept += 1
     return kept
@@ -123,7 +125,7 @@ def solve_rows(
 ):
     """Sweep over the units `iterations` times, over those of each island until nothing changes.
 
-    Small islands in which light bodies carry heavy ones get `MORE_SWEEPS` times as many.
+    Small islands in which light bodies carry heavy ones get `MORE_SWEEPS` times as many, or `MOST_SWEEPS`.
     """
     v = islands.velocity
     for d in range(v.shape[0]):
@@ -131,9 +133,11 @@ def solve_rows(
     count = islands.count[0]
     for place in range(count):
         islands.active[place] = islands.order[place]
-    for sweep in range(MORE_SWEEPS * iterations):
+    for sweep in range(MOST_SWEEPS * iterations):
         if sweep == iterations:
-            count = keep_marked(islands, islands.burdened, count)
+            count = keep_marked(islands, islands.burdened, 1, count)
+        if sweep == MORE_SWEEPS * iterations:
+            count = keep_marked(islands, islands.burdened, MOST_BURDENED, count)
         if count == 0:
             break
         checks = (sweep + 1) % SWEEPS_PER_CHECK == 2
@@ -164,7 +168,7 @@ def solve_rows(
                     islands.changed[wp.cast(islands.numbers[at + 4], wp.int32)] = 1
                 place += 1
         if checks:
-            count = keep_marked(islands, islands.changed, count)
+            count = keep_marked(islands, islands.changed, 1, count)
     for d in range(v.shape[0]):
         if islands.dof[0, d] >= 0:
             velocity[islands.dof[0, d]] = v[d]

@@ -89,7 +89,7 @@ class StepCorrections:
         self.collider_seams = ColliderSeams(scene, model, shape_index, self._contacts)
         self.tunneling_guard = TunnelingGuard(scene, model, shape_index, self._contacts)
         self.sleeping = Sleeping(model, self._contacts, inertia_per_mass, sleep_threshold)
-        self.free_flight = FreeFlight(model, free, coordinate, self._contacts)
+        self.free_flight = FreeFlight(model, free, coordinate, dof, self._contacts)
         self.depenetration = Depenetration(scene, model, shape_index, self._contacts, free, dof)
         self.impacts = Impacts(model, free, self._contacts)
         self.squeezes = Squeezes(scene, model, shape_index, free, self._contacts, lifts=build.has_contacts_alone(built))
@@ -189,6 +189,7 @@ class StepCorrections:
             self.report.note_forces(observed.contact_f, substep, h)
         if self.distances is not None and self.distances.breakable:
             self.distances.note_forces(observed.contact_f)
+        self.free_flight.turn(before, after, h)
         if self.links is not None:
             self.links.revert_nonfinite(before, after)
         if self.floating_trees:

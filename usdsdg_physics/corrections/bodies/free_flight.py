@@ -1,11 +1,11 @@
-"""Move bodies that touch nothing by whole steps, however many substeps these have."""
+"""Turn and move bodies that touch nothing: as far as they spin, and by whole steps, however many substeps."""
 
 # Warp structs are no classes to a type checker.
 # pyright: reportGeneralTypeIssues=false
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import newton
@@ -19,13 +19,17 @@ class FreeFlight:
 
     PhysX advances a body by the velocity that it has at the end of the step: in free fall, by g dt² n(n+1)/2 after n
     steps. The substeps of the solver, which contacts need, would leave it g dt² n/2 (1 - 1/k) higher with k of them.
+    Newton's solver turns by the tangent of an angle: at 60 rad/s that leaves 2 % out, and as much of the spin's axis.
     """
 
-    def __init__(self, model: newton.Model, free: wp.array, coordinate: wp.array, contacts: ContactArrays) -> None:
-        """Take for each body whether it is free to move by itself, and where its pose is in joint_q."""
+    def __init__(
+        self, model: newton.Model, free: wp.array, coordinate: wp.array, dof: wp.array, contacts: ContactArrays
+    ) -> None:
+        """Take for each body whether it is free to move by itself, and where it is in joint_q and joint_qd."""
         import warp as wp
 
         self._model, self._free, self._coordinate, self._contacts = model, free, coordinate, contacts
+        self._dof = dof
         self.touched = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         self._start = wp.zeros(model.body_count, dtype=wp.transform, device=model.device)
 
@@ -49,6 +53,33 @@ class FreeFlight:
             inputs=[self._model.shape_body, self._contacts],
             outputs=[self.touched],
             device=self._model.device,
+        )
+
+    def turn(self, before: newton.State, after: newton.State, dt: float) -> None:
+        """Turn all other bodies by their spin in a substep of `dt` seconds, so that they keep its momentum."""
+        import warp as wp
+
+        from usdsdg_physics.corrections.bodies.free_flight_kernels import turn_bodies
+
+        model: Any = self._model
+        wp.launch(
+            turn_bodies,
+            dim=model.body_count,
+            inputs=[
+                self._free,
+                self._coordinate,
+                self._dof,
+                model.body_com,
+                model.body_inv_inertia,
+                model.steel.rigid_body_angular_damping,
+                self.touched,
+                before.body_f,
+                before.body_q,
+                before.body_qd,
+                dt,
+            ],
+            outputs=[after.joint_q, after.joint_qd, after.body_q, after.body_qd],
+            device=model.device,
         )
 
     def finish(self, state: newton.State, dt: float) -> None:
