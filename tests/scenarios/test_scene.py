@@ -370,7 +370,6 @@ def test_prefixes_in_a_bucket_are_left_unchanged(tmp_path, monkeypatch, bucket, 
 @pytest.mark.parametrize(
     ("writer", "arguments", "message"),
     [
-        ("PoseWriter", {"ouput_dir": "x"}, "PoseWriter has no option 'ouput_dir'. Did you mean 'output_dir'"),
         ("BasicWriter", {"output_dir": 3}, "output_dir is 3; expected text or a path"),
         ("PoseWriter", {"output_dir": "x", "format": "dopee"}, "'dopee' does not exist"),
     ],

@@ -417,7 +417,7 @@ def test_the_registry_attaches_and_detaches_by_name_and_product(tmp_path):
     writer = WriterRegistry.get_attached_writer("ColorWriter")
     assert WriterRegistry.get_attached_writers() == {"ColorWriter": writer}
     assert {each.get_name() for each in WriterRegistry.get_annotators(second)} == {"rgb", "distance_to_camera"}
-    WriterRegistry.detach("ColorWriter", [PRODUCT])
+    writer.detach_from(PRODUCT)
     assert WriterRegistry.get_writer_render_products() == {(second,)}
     assert writer.get_annotator("rgb").render_product == second
     WriterRegistry.detach("BoxWriter")
