@@ -41,8 +41,8 @@ def _write_drawn_setting(node: Node, execution: int) -> None:
     """Set the setting of a `carb_settings` node to a new draw, rounded down where the setting is an integer."""
     key = node.inputs["attribute"]
     drawn = node.inputs["value"].sample(f"{node.key}/value", execution, [key])[0]
-    value, current = drawn.tolist() if hasattr(drawn, "tolist") else drawn, get_settings().get(key)
-    if isinstance(value, float) and isinstance(current, int) and not isinstance(current, bool):
+    value, before = drawn.tolist() if hasattr(drawn, "tolist") else drawn, get_settings().get(key)
+    if isinstance(value, float) and isinstance(before, int) and not isinstance(before, bool):
         value = math.floor(value)
     get_settings().set(key, value)
 

@@ -7,23 +7,14 @@ import numpy as np
 from PIL import Image
 
 import usdsdg as rep
+from docs import shapes_around
 
 HEIGHT, SAMPLES = int(os.environ.get("WIDTH", 1176)) * 9 // 47, int(os.environ.get("SAMPLES", 64))
 GAP = 8
 rep.set_global_seed(3)
 rep.settings.set_render_pathtraced(SAMPLES)
-rep.create.plane(scale=60, material=rep.create.material_omnipbr(diffuse=(0.55, 0.53, 0.5), roughness=0.8))
-rep.create.light(light_type="Dome", intensity=450)
-rep.create.light(light_type="Distant", intensity=2200, rotation=(38, 22, 0))
-
-# Two rings of shapes around the cameras; a step of 2.4 radians of the golden angle spreads the kinds.
-COLORS = [(0.65, 0.08, 0.05), (0.08, 0.25, 0.6), (0.1, 0.45, 0.15), (0.8, 0.55, 0.08), (0.4, 0.12, 0.5)]
-paints = [rep.create.material_omnipbr(diffuse=color, roughness=0.35) for color in COLORS]
-makers = (rep.create.cube, rep.create.sphere, rep.create.cone, rep.create.cylinder)
-for k in range(26):
-    angle, radius = 2.4 * k, 3.2 + 0.24 * k
-    position = (radius * math.cos(angle), radius * math.sin(angle), 0.5)
-    makers[k % 4](position=position, rotation=(0, 0, 37 * k), material=paints[k % 5])
+# A step of 2.4 radians, the golden angle, spreads the kinds of shapes.
+shapes_around.add([(2.4 * k, 3.2 + 0.24 * k) for k in range(26)], height=0.5, colors=5)
 
 EYE = {"position": (0, 0, 1.6), "clipping_range": (0.01, 100)}
 # The angle from the axis is `fisheye_polynomial_b` times the distance from the center, in pixels of the nominal size.

@@ -8,21 +8,13 @@ from PIL import Image
 from pxr import Sdf
 
 import usdsdg as rep
+from docs import shapes_around
 
 WIDTH, SAMPLES = int(os.environ.get("WIDTH", 800)), int(os.environ.get("SAMPLES", 64))
 GAP = 8
 rep.set_global_seed(3)
 rep.settings.set_render_pathtraced(SAMPLES)
-rep.create.plane(scale=60, material=rep.create.material_omnipbr(diffuse=(0.55, 0.53, 0.5), roughness=0.8))
-rep.create.light(light_type="Dome", intensity=450)
-rep.create.light(light_type="Distant", intensity=2200, rotation=(38, 22, 0))
-COLORS = [(0.65, 0.08, 0.05), (0.08, 0.25, 0.6), (0.1, 0.45, 0.15), (0.8, 0.55, 0.08)]
-paints = [rep.create.material_omnipbr(diffuse=color, roughness=0.35) for color in COLORS]
-makers = (rep.create.cube, rep.create.sphere, rep.create.cone, rep.create.cylinder)
-for k in range(12):
-    angle, radius = math.radians(30 * k + 15), (2.0, 3.0, 4.5)[k % 3]
-    position = (radius * math.cos(angle), radius * math.sin(angle), 0.6)
-    makers[k % 4](position=position, rotation=(0, 0, 37 * k), material=paints[k % 3])
+shapes_around.add([(math.radians(30 * k + 15), (2.0, 3.0, 4.5)[k % 3]) for k in range(12)], height=0.6, colors=3)
 
 pictures = []
 for left in (True, False):

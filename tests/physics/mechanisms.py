@@ -8,6 +8,25 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 from tests.physics.scenes import add
 
 
+def runge_kutta(change, turn: np.ndarray, omega: np.ndarray, seconds: float, steps: int):
+    """Yield rotation (3, 3) and angular velocity after each step; `change` gives the derivatives of both."""
+    h = seconds / steps
+    for _ in range(steps):
+        a = change(turn, omega)
+        b = change(turn + h / 2 * a[0], omega + h / 2 * a[1])
+        c = change(turn + h / 2 * b[0], omega + h / 2 * b[1])
+        d = change(turn + h * c[0], omega + h * c[1])
+        turn = turn + h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
+        omega = omega + h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
+        yield turn, omega
+
+
+def cross_matrix(omega: np.ndarray) -> np.ndarray:
+    """The matrix (3, 3) that multiplies a column vector as the cross product with `omega` does."""
+    x, y, z = omega
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
 def rod(stage: Usd.Stage, path: str, start, end, *, width: float = 0.04, mass: float = 1.0) -> Usd.Prim:
     """A box from one point to another, along its own z axis, without angular damping."""
     start, end = np.asarray(start, float), np.asarray(end, float)

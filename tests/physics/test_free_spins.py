@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, Sdf, UsdPhysics
 from scipy.spatial.transform import Rotation
 
-from tests.physics.mechanisms import rotation
+from tests.physics.mechanisms import cross_matrix, rotation, runge_kutta
 from tests.physics.scenes import add, new_stage, playing, position
 
 STEP = 1 / 60
@@ -30,20 +30,11 @@ def _spin(box):
 
 def _exact(spin, seconds, steps=6000):
     """The rotation (3, 3) after some time, columns are the axes of the body, with Runge and Kutta's steps."""
-    turn, omega, h = np.eye(3), np.array(spin, float), seconds / steps
 
     def change(turn, omega):
-        x, y, z = omega
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        return turn @ cross, -np.cross(omega, INERTIA * omega) / INERTIA
+        return turn @ cross_matrix(omega), -np.cross(omega, INERTIA * omega) / INERTIA
 
-    for _ in range(steps):
-        a = change(turn, omega)
-        b = change(turn + h / 2 * a[0], omega + h / 2 * a[1])
-        c = change(turn + h / 2 * b[0], omega + h / 2 * b[1])
-        d = change(turn + h * c[0], omega + h * c[1])
-        turn = turn + h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
-        omega = omega + h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
+    *_, (turn, _) = runge_kutta(change, np.eye(3), np.array(spin, float), seconds, steps)
     return turn
 
 

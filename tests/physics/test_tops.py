@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdPhysics
 
-from tests.physics.mechanisms import joint
+from tests.physics.mechanisms import cross_matrix, joint, runge_kutta
 from tests.physics.scenes import add, new_stage, playing, position, set_value
 from usdsdg.errors import UsdsdgWarning
 
@@ -23,23 +23,12 @@ def _exact(arm: float, spin: np.ndarray, seconds: float, steps: int = 1000) -> n
     """
     inertia = INERTIA + np.array([arm**2, arm**2, 0.0])
     turn = np.array([[np.cos(TILT), 0, np.sin(TILT)], [0, 1, 0], [-np.sin(TILT), 0, np.cos(TILT)]])
-    omega, h, found = turn.T @ spin, seconds / steps, []
 
     def change(turn, omega):
         torque = turn.T @ np.cross(arm * turn[:, 2], (0, 0, -G))
-        x, y, z = omega
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        return turn @ cross, (torque - np.cross(omega, inertia * omega)) / inertia
+        return turn @ cross_matrix(omega), (torque - np.cross(omega, inertia * omega)) / inertia
 
-    for _ in range(steps):
-        a = change(turn, omega)
-        b = change(turn + h / 2 * a[0], omega + h / 2 * a[1])
-        c = change(turn + h / 2 * b[0], omega + h / 2 * b[1])
-        d = change(turn + h * c[0], omega + h * c[1])
-        turn = turn + h / 6 * (a[0] + 2 * b[0] + 2 * c[0] + d[0])
-        omega = omega + h / 6 * (a[1] + 2 * b[1] + 2 * c[1] + d[1])
-        found.append(turn[:, 2])
-    return np.array(found)
+    return np.array([turn[:, 2] for turn, _ in runge_kutta(change, turn, turn.T @ spin, seconds, steps)])
 
 
 def _top(arm: float, rate: int, speed: float) -> tuple[Usd.Stage, np.ndarray]:

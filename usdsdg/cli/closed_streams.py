@@ -22,8 +22,8 @@ def replace_closed_streams() -> None:
 def let_stderr_fail() -> None:
     """Leave out what cannot be written to stderr, as where the reader of a pipe has gone or the disk of a log is full.
 
-    Progress, warnings and errors go there, and a run goes on without them. Results go to stdout; a
-    command that cannot write those fails.
+    Progress, warnings and errors go there, and a run goes on without them. Results go to stdout; a command that cannot
+    write those fails.
     """
     before = sys.stderr
     buffer = getattr(before, "buffer", None)

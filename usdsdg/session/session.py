@@ -95,7 +95,7 @@ class Session:
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 
     def __init__(self) -> None:
-        self.note_before = opened.last_note()  # of the files that were read before this session
+        self.note_before = opened.last_note()  # of the files that were read before this was made
         self.stage: Usd.Stage | None = None
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
         self.saved_as: str | None = None  # the file that a script has saved the current stage as

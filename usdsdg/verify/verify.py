@@ -29,7 +29,6 @@ from usdsdg.verify.checks import (
     ids,
     points,
     poses,
-    skeletons,
     solids,
 )
 from usdsdg.verify.checks import files as file_checks
@@ -45,6 +44,7 @@ from usdsdg.verify.checks.formats import (
     labeled,
     own_annotators,
     shards,
+    skeletons,
     voc,
     ycb_video,
 )

@@ -4,10 +4,10 @@ import numpy as np
 from pxr import Usd
 
 from usdsdg import errors
-from usdsdg_render.geometry.curves import read_polylines, varying_counts
+from usdsdg_render.geometry.curves.polylines import read_polylines, varying_counts
+from usdsdg_render.geometry.curves.tubes import Tessellation
 from usdsdg_render.geometry.face_varying import DEFAULT_COLOR
 from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_colors, read_primvar, read_uvs
-from usdsdg_render.geometry.tubes import Tessellation
 from usdsdg_render.usd.prim_kinds import CURVES, kind_of
 
 

@@ -9,8 +9,9 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry import shapes, tubes
+from usdsdg_render.geometry import shapes
 from usdsdg_render.geometry.color_atlas import atlas_uvs
+from usdsdg_render.geometry.curves import tubes
 from usdsdg_render.geometry.element_values import element_colors, element_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted

@@ -9,8 +9,8 @@ from scipy.interpolate import BSpline, CubicHermiteSpline
 from usdsdg.annotators.bounds.balls import read_balls
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry.curves import read_polylines
-from usdsdg_render.geometry.tubes import Tessellation, tessellate_curves, tessellate_points
+from usdsdg_render.geometry.curves.polylines import read_polylines
+from usdsdg_render.geometry.curves.tubes import Tessellation, tessellate_curves, tessellate_points
 from usdsdg_render.sync.extract import SceneExtractor
 
 DEFAULT = Usd.TimeCode.Default()

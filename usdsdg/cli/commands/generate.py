@@ -42,8 +42,6 @@ from usdsdg.errors import BadValue, counted
 
 # Threads of an actor of Ray, unless --threads says otherwise; parts for each, so that none waits long for the others.
 RAY_THREADS, PARTS_ON_RAY = 2, 4
-
-
 # Options that name the output folder in other programs.
 _FOLDERS = ("o", "out", "output", "output_dir", "output_folder", "output_path")
 

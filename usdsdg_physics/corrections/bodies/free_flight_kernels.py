@@ -80,8 +80,8 @@ def turn_bodies(
 ):
     """Turn each body that is not `touched` by its angular velocity for `dt` seconds, about its center of mass.
 
-    That is taken between the begin and the end, and the body's axes turn with it: the solver finds the velocity that
-    keeps the energy of the spin in these axes, and leaves them where they were.
+    The rotation is by the angular velocity of the middle of the substep. The solver has found the velocity at its end
+    for the axes that the body had at its begin; that velocity turns with the axes here.
     """
     body = wp.tid()
     angular = wp.spatial_bottom(body_qd[body])

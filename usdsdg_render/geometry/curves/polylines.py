@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
+from usdsdg_render.geometry.curves.widths import element_widths, interpolate_linearly, read_widths, sample_widths
 from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_points
 from usdsdg_render.geometry.nurbs import drawn_range
 from usdsdg_render.usd.tokens import token

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdsdg_render.geometry.curves import Polylines
+from usdsdg_render.geometry.curves.polylines import Polylines
 
 # Distance of a chord from its curve, as a share of the curve's radius and of its extent: the larger one counts. A
 # smaller one is not seen where the tube is drawn or where the curve spans 2,000 pixels.

@@ -1,4 +1,4 @@
-"""BasicWriter's skeletons: joints project to their pixels, and what is told of them fits together."""
+"""BasicWriter's skeletons: joints against the recorded camera and picture; their parents, rotations and occluders."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from usdsdg_render.geometry.curve_steps import MOST_TRIANGLES, count_triangles
-from usdsdg_render.geometry.curves import Polylines
+from usdsdg_render.geometry.curves.polylines import Polylines
+from usdsdg_render.geometry.curves.steps import MOST_TRIANGLES, count_triangles
 
 # Turns up to this are one circle [radians]: they make a tube thinner by less than a hundredth.
 LARGEST_TURN = 0.25

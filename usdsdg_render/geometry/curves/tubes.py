@@ -7,14 +7,14 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg_render.geometry.curve_steps import MOST_TRIANGLES, count_triangles, most_doublings, wanted_doublings
-from usdsdg_render.geometry.curve_widths import read_widths, width_values
-from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
+from usdsdg_render.geometry.curves.polylines import Polylines, count_segments, read_polylines
+from usdsdg_render.geometry.curves.sections import Sections, section_counts, sections_of, unit
+from usdsdg_render.geometry.curves.steps import MOST_TRIANGLES, count_triangles, most_doublings, wanted_doublings
+from usdsdg_render.geometry.curves.widths import read_widths, width_values
 from usdsdg_render.geometry.mesh_source import read_points
 from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
-from usdsdg_render.geometry.tube_sections import Sections, section_counts, sections_of, unit
 
-# (most segments, samples of a segment, sides of a tube): the first row that fits counts. `curve_steps` may add samples.
+# (most segments, samples of a segment, sides of a tube): the first row that fits counts. `steps` may add samples.
 TUBES = ((2_000, 8, 16), (20_000, 6, 8), (100_000, 4, 6), (1_000_000, 2, 4), (10**12, 1, 3))
 # (most points, refinement levels of an octahedron): the first row that fits counts.
 SPHERES = ((500, 4), (5_000, 3), (50_000, 2), (500_000, 1), (10**12, 0))
