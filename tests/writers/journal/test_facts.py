@@ -1,11 +1,15 @@
 """The assets that a recipe names: those that its own run has used."""
 
+import gc
+import itertools
 import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 from usdsdg.stage.assets.opened import last_note, note_opened
+from usdsdg.writers.journal import facts as journal_facts
 from usdsdg.writers.journal.facts import AssetFacts, assets_of_two_contents, changed_assets
 from usdsdg_render.images import image_files
 
@@ -109,3 +113,21 @@ def test_an_asset_that_is_told_of_when_the_program_ends_has_its_hash(tmp_path):
     command = [sys.executable, "-c", AT_EXIT, str(tmp_path / "a.png")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[3])
     assert (done.stdout, done.stderr) == ("a.png\n", "")
+
+
+def test_modules_may_be_imported_meanwhile(tmp_path, monkeypatch):
+    """Python 3.11 collects garbage, and may go on with another thread, wherever something is allocated."""
+    monkeypatch.setattr(sys, "modules", dict(sys.modules))
+    numbers = itertools.count()
+
+    def imports(_phase: str, _info: dict[str, int]) -> None:
+        sys.modules[f"imported_{next(numbers)}"] = ModuleType("imported")
+
+    threshold = gc.get_threshold()
+    gc.callbacks.append(imports)
+    gc.set_threshold(1)
+    try:
+        assert list(journal_facts._modules_beside(tmp_path / "script.py")) == []
+    finally:
+        gc.set_threshold(*threshold)
+        gc.callbacks.remove(imports)

@@ -103,7 +103,8 @@ def _modules_beside(source: Path | None) -> Iterator[str]:
     if source is None or source.suffix != ".py":
         return
     top, started_in = os.path.join(source.parent, ""), sys.modules["usdsdg"]._STARTED_IN  # which a script may leave
-    for name, module in tuple(sys.modules.items()):
+    # A copy in one step: other threads import modules, also while a tuple of the items is filled.
+    for name, module in sys.modules.copy().items():
         file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
         if not isinstance(file, str) or not file.endswith(".py") or name.startswith("usdsdg"):
             continue

@@ -165,7 +165,8 @@ class DatasetFolder:
         known = self.journal.contents.facts.get(section, {})
         new = {name: value for name, value in values.items() if known.get(name) != value}
         if new:
-            self._facts = joined([self._facts, {section: new}])
+            with self._keeping:
+                self._facts = joined([self._facts, {section: new}])
 
     def note_assets(self, values: Mapping[str, Any]) -> None:
         """As `note_facts`, of assets; warns of those that were changed since earlier frames were made."""
@@ -189,8 +190,9 @@ class DatasetFolder:
             write_whole(file, data)
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
-        self._facts = {}
         with self._keeping:
+            if self._facts is facts:  # else the capture has told of more meanwhile, and all of it is told again
+                self._facts = {}
             _forget(self._shared, shared)
             _forget(self._latest, latest)
         self.place.push()

@@ -311,7 +311,7 @@ class Run:
         frames = self._in_hand.whole()  # until they are in all journals, since Ctrl-C may come meanwhile
         self._known_assets |= self._assets.take()
         failures = []
-        for name, folder in tuple(self._folders.items()):  # other threads may claim folders meanwhile
+        for name, folder in self._folders.copy().items():  # other threads may claim folders meanwhile
             folder.note_assets(self._known_assets)
             new = [each for each, where in frames if where == name and not folder.journal.has(each.number)]
             try:
