@@ -12,7 +12,9 @@ OVERFLOW = wp.constant(COLORS)
 OPEN = wp.constant(-1)  # has no color yet
 # Pairs of a body and the world, of which a body has at most one.
 GROUND = wp.constant(COLORS + 1)
-GROUPS = COLORS + 2
+GROUPS = wp.constant(COLORS + 2)
+# Of more pairs than this, light bodies that carry heavy ones get no sweeps of their own, which others would wait for.
+MOST_BURDENED = wp.constant(64)
 
 
 @wp.struct
@@ -47,6 +49,9 @@ class Pairs:
     group_begin: wp.array[wp.int32]  # (GROUPS + 1,)
     group_filled: wp.array[wp.int32]  # (GROUPS,)
     burdened: wp.array[wp.int32]  # (1,) 0, or one more than there are pairs with `burden`
+    # Those pairs by group, where there are at most MOST_BURDENED.
+    burdened_size: wp.array[wp.int32]  # (GROUPS,)
+    burdened_order: wp.array2d[wp.int32]  # (GROUPS, MOST_BURDENED)
 
 
 @wp.struct

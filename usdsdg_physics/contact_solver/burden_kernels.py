@@ -7,7 +7,7 @@
 
 import warp as wp
 
-from usdsdg_physics.contact_solver.arrays import Bodies, Pairs, Rows
+from usdsdg_physics.contact_solver.arrays import MOST_BURDENED, Bodies, Pairs, Rows
 from usdsdg_physics.contact_solver.thread_barrier import wait_for_all
 
 HEAVIER = wp.constant(16.0)  # ratio of two masses from which on the lighter body is burdened
@@ -28,7 +28,7 @@ def find_burdened(
     bodies: Bodies,
     pairs: Pairs,
 ):
-    """Mark the bodies near those that lie on much lighter ones, and count the pairs of marked ones.
+    """Mark the bodies near those that lie on much lighter ones, and count and list the pairs of marked ones.
 
     A mark is the number of the round in which it was made, so the result does not depend on the order of threads.
     """
@@ -60,13 +60,27 @@ def find_burdened(
         passed = wait_for_all(counter, blocks, passed)
     found = int(0)
     for pair in range(thread, count, threads):
-        if bodies.burden[pairs.first[pair]] != 0 or bodies.burden[pairs.second[pair]] != 0:
+        if is_burdened(pair, bodies, pairs):
             found += 1
     if found > 0:
         wp.atomic_add(pairs.burdened, 0, found)
     passed = wait_for_all(counter, blocks, passed)
     if thread == 0 and most == 1 and pairs.burdened[0] - most < STACK_PAIRS:
         pairs.burdened[0] = 0
+    if pairs.burdened[0] > MOST_BURDENED:
+        return
+    for pair in range(thread, count, threads):
+        if is_burdened(pair, bodies, pairs):
+            group = pairs.color[pair]
+            place = wp.atomic_add(pairs.burdened_size, group, 1)
+            if place < MOST_BURDENED:
+                pairs.burdened_order[group, place] = pair
+
+
+@wp.func
+def is_burdened(pair: int, bodies: Bodies, pairs: Pairs):
+    """Return whether one of the bodies of a pair has a `burden`."""
+    return bodies.burden[pairs.first[pair]] != 0 or bodies.burden[pairs.second[pair]] != 0
 
 
 @wp.func

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import warp as wp
 
-from usdsdg_physics.contact_solver.arrays import GROUPS, Bodies, Pairs, Rows
+from usdsdg_physics.contact_solver.arrays import GROUPS, MOST_BURDENED, Bodies, Pairs, Rows
 from usdsdg_physics.contact_solver.bodies_kernels import begin_step, end_step, move_bodies
 from usdsdg_physics.contact_solver.burden_kernels import find_burdened
 from usdsdg_physics.contact_solver.colors_kernels import MAX_ROUNDS, color_pairs
@@ -24,7 +24,7 @@ from usdsdg_physics.contact_solver.pairs_kernels import (
     set_keys,
 )
 from usdsdg_physics.contact_solver.rows_kernels import ask_for_velocities, prepare_rows, report_forces
-from usdsdg_physics.contact_solver.sweep_kernels import sweep
+from usdsdg_physics.contact_solver.sweep_kernels import sweep, sweep_burdened
 
 if TYPE_CHECKING:
     import newton
@@ -92,7 +92,8 @@ class ContactSolver:
 
         self._bodies = _allocated(Bodies, count + 1, device, overflow_change=(count + 1, 6))
         groups = {"group_size": GROUPS, "group_begin": GROUPS + 1, "group_filled": GROUPS}
-        self._pairs = _allocated(Pairs, contact_capacity, device, count=1, burdened=1, **groups)
+        burdened = {"burdened": 1, "burdened_size": GROUPS, "burdened_order": (GROUPS, MOST_BURDENED)}
+        self._pairs = _allocated(Pairs, contact_capacity, device, count=1, **groups, **burdened)
         self._rows = _allocated(Rows, contact_capacity, device)
         # The sort needs as much room again.
         self._key = wp.zeros(2 * contact_capacity, dtype=wp.int64, device=device)
@@ -246,16 +247,24 @@ class ContactSolver:
         )
 
     def _sweep(self, iterations: int) -> None:
-        self._launch_together(sweep, [iterations, 0], [self._counter, self._bodies, self._pairs, self._rows])
+        self._launch_together(sweep, [iterations], [self._counter, self._bodies, self._pairs, self._rows])
 
     def _sweep_burdened(self, iterations: int) -> None:
         """Sweep on where light bodies carry heavy ones."""
-        self._bodies.burden.zero_()
-        self._pairs.burdened.zero_()
+        for array in (self._bodies.burden, self._pairs.burdened, self._pairs.burdened_size):
+            array.zero_()
         self._launch_together(
             find_burdened, [self.model.gravity, self._rows], [self._counter, self._bodies, self._pairs]
         )
-        self._launch_together(sweep, [iterations, 1], [self._counter, self._bodies, self._pairs, self._rows])
+        threads = BLOCK if self.model.device.is_cuda else 1
+        wp.launch(
+            sweep_burdened,
+            dim=threads,
+            inputs=[threads, iterations],
+            outputs=[self._bodies, self._pairs, self._rows],
+            block_dim=BLOCK,
+            device=self.model.device,
+        )
 
     def _report_forces(self, contacts: newton.Contacts, forces: wp.array, dt: float) -> None:
         forces.zero_()

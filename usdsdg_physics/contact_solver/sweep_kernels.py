@@ -7,8 +7,8 @@
 
 import warp as wp
 
-from usdsdg_physics.contact_solver.arrays import GROUND, OVERFLOW, Bodies, Pairs, Rows
-from usdsdg_physics.contact_solver.thread_barrier import wait_for_all
+from usdsdg_physics.contact_solver.arrays import GROUND, GROUPS, MOST_BURDENED, OVERFLOW, Bodies, Pairs, Rows
+from usdsdg_physics.contact_solver.thread_barrier import any_of_block, wait_for_all
 
 # How often a pair of bodies with as many contacts or more solves them before the next pair has its turn. What lies on
 # something with its corners comes to rest by that in a fourth of the sweeps.
@@ -17,10 +17,9 @@ VISITS = wp.constant(16)  # of the contacts of one pair, which others wait for
 SETTLED = wp.constant(1.0e-4)  # part of its loads that a pair may still change before the next has its turn
 # Units of an overflow change in 1 m/s or rad/s.
 FIXED_POINT = wp.constant(wp.float64(2.0**36))
-
-
-# Of more pairs than this, light bodies that carry heavy ones get no sweeps of their own, which others would wait for.
-MOST_BURDENED = wp.constant(64)
+# A velocity that changes by less than this [m/s], [rad/s] and this part of it, which is rounding, counts as settled.
+LEAST_CHANGE = wp.constant(1.0e-6)
+ROUNDING = wp.constant(4.0e-7)
 
 
 @wp.kernel(enable_backward=False)
@@ -28,7 +27,6 @@ def sweep(
     threads: wp.int32,
     blocks: wp.int32,
     iterations: wp.int32,
-    burdened: wp.int32,
     # in and out
     counter: wp.array[wp.int32],
     bodies: Bodies,
@@ -37,11 +35,8 @@ def sweep(
 ):
     """Solve the rows of all pairs `iterations` times: color by color, those without a color, then those on the world.
 
-    Threads solve pairs of one color at the same time and wait for each other before the next. If `burdened` is not 0,
-    only pairs near where light bodies carry heavy ones.
+    Threads solve pairs of one color at the same time and wait for each other before the next.
     """
-    if burdened != 0 and (pairs.burdened[0] == 0 or pairs.burdened[0] > MOST_BURDENED):
-        return
     thread = wp.tid()
     passed = int(0)
     for _ in range(iterations):
@@ -51,15 +46,13 @@ def sweep(
             if end == begin:  # pairs have the lowest colors that they can
                 break
             for place in range(begin + thread, end, threads):
-                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
-                    solve_pair(pairs.order[place], bodies, pairs, rows)
+                solve_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
         begin = pairs.group_begin[OVERFLOW]
         end = pairs.group_begin[OVERFLOW + 1]
         if end > begin:
             for place in range(begin + thread, end, threads):
-                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
-                    solve_overflowing_pair(pairs.order[place], bodies, pairs, rows)
+                solve_overflowing_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
             for body in range(thread, bodies.overflow_count.shape[0], threads):
                 apply_overflow(body, bodies)
@@ -68,29 +61,74 @@ def sweep(
         end = pairs.group_begin[GROUND + 1]
         if end > begin:
             for place in range(begin + thread, end, threads):
-                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
-                    solve_pair(pairs.order[place], bodies, pairs, rows)
+                solve_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
 
 
-@wp.func
-def is_burdened(pair: int, bodies: Bodies, pairs: Pairs):
-    """Return whether one of the bodies of a pair has a `burden`."""
-    return bodies.burden[pairs.first[pair]] != 0 or bodies.burden[pairs.second[pair]] != 0
+@wp.kernel(enable_backward=False)
+def sweep_burdened(
+    threads: wp.int32,
+    iterations: wp.int32,
+    # in and out
+    bodies: Bodies,
+    pairs: Pairs,
+    rows: Rows,
+):
+    """Solve the rows of the pairs near where light bodies carry heavy ones, until they change no more.
+
+    All threads are of one block: there are few such pairs, and waiting for other blocks takes longer than solving them.
+    """
+    if pairs.burdened[0] == 0 or pairs.burdened[0] > MOST_BURDENED:
+        return
+    thread = wp.tid()
+    for _ in range(iterations):
+        changed = int(0)
+        for group in range(GROUPS):
+            size = pairs.burdened_size[group]
+            if size > 0:
+                for place in range(thread, size, threads):
+                    pair = pairs.burdened_order[group, place]
+                    if group == OVERFLOW:
+                        solve_overflowing_pair(pair, bodies, pairs, rows)
+                        changed = 1
+                    else:
+                        changed = wp.max(changed, solve_pair(pair, bodies, pairs, rows))
+                changed = any_of_block(changed)
+                if group == OVERFLOW:
+                    for body in range(thread, bodies.overflow_count.shape[0], threads):
+                        apply_overflow(body, bodies)
+                    changed = any_of_block(changed)
+        if changed == 0:
+            break
 
 
 @wp.func
 def solve_pair(pair: int, bodies: Bodies, pairs: Pairs, rows: Rows):
-    """Change the velocities of two bodies so that their contacts have what their rows ask for."""
+    """Change the velocities of two bodies so that their contacts have what their rows ask for.
+
+    Return 1 if a velocity has changed, else 0.
+    """
     first = pairs.first[pair]
     second = pairs.second[pair]
     v0, w0, v1, w1 = solved(pair, first, second, 1.0, 1.0, bodies, pairs, rows)
+    changed = int(0)
     if bodies.moves[first] != 0:
+        changed = differ(bodies.velocity[first], v0, changed)
+        changed = differ(bodies.angular[first], w0, changed)
         bodies.velocity[first] = v0
         bodies.angular[first] = w0
     if bodies.moves[second] != 0:
+        changed = differ(bodies.velocity[second], v1, changed)
+        changed = differ(bodies.angular[second], w1, changed)
         bodies.velocity[second] = v1
         bodies.angular[second] = w1
+    return changed
+
+
+@wp.func
+def differ(before: wp.vec3, after: wp.vec3, already: int):
+    """Return 1 if a velocity [m/s] or [rad/s] has changed by more than rounding does, or another `already` has."""
+    return wp.where(wp.length(after - before) > LEAST_CHANGE + ROUNDING * wp.length(after), 1, already)
 
 
 @wp.func

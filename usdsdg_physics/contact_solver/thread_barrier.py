@@ -1,4 +1,4 @@
-"""Let all threads of a kernel wait for each other, so that one launch does what would take thousands."""
+"""Let threads of a kernel wait for each other, so that one launch does what would take thousands."""
 
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
@@ -23,7 +23,19 @@ _WAIT = """
 #endif
     return passed + 1;
 """
+# All threads of the block wait for each other, too.
+_ANY = """
+#if defined(__CUDA_ARCH__)
+    return __syncthreads_or(value);
+#else
+    return value;
+#endif
+"""
 
 
 @wp.func_native(_WAIT)
 def wait_for_all(counter: wp.array[wp.int32], blocks: int, passed: int) -> int: ...
+
+
+@wp.func_native(_ANY)
+def any_of_block(value: int) -> int: ...
