@@ -30,7 +30,7 @@ class RandomGraph:
         self.balls = rep.create.sphere(count=some.choice([1, 2]), position=(1, 1, 0), semantics=[("class", "ball")])
         self.torus = rep.create.torus(position=(-1, 1, 1), rotation=(30, 20, 10), semantics=[("class", "torus")])
         self.group = rep.create.group([self.cubes, self.torus])
-        rep.create.plane(scale=8, position=(0, 0, -2))
+        self.floor = rep.create.plane(scale=8, position=(0, 0, -2))
         self.lamp = rep.create.light(light_type="sphere", intensity=20000, position=(2, 2, 3), scale=0.3)
         self.sun = rep.create.light(light_type="distant", intensity=500, rotation=(30, 0, 0))
         self.material = rep.create.material_omnipbr(diffuse=(0.7, 0.2, 0.1))
@@ -98,6 +98,18 @@ class RandomGraph:
             ),
             "color": lambda: rep.randomizer.color(colors=tint, input_prims=some.choice(single)),
             "any rotation": lambda: rep.randomizer.rotation(input_prims=some.choice(shapes)),
+            "scattered": lambda: rep.randomizer.scatter_2d(
+                self.floor,
+                no_coll_prims=some.choice([None, self.torus]),
+                check_for_collisions=some.choice([True, False]),
+                min_samp=(-3, -3, None),
+                max_samp=(3, 3, None),
+                input_prims=some.choice([self.cubes, self.balls]),
+            ),
+            "filled": lambda: rep.randomizer.scatter_3d(self.torus, input_prims=self.balls),
+            "in a box": lambda: rep.randomizer.scatter_3d(
+                min_samp=(-2, -2, 0), max_samp=(2, 2, 2), input_prims=self.cubes
+            ),
             "visibility": lambda: rep.modify.visibility(choice([True, False]), input_prims=some.choice(single)),
             "translate": lambda: attribute("xformOp:translate", self._point(), input_prims=some.choice(single)),
             "lamp": lambda: attribute("intensity", self._number(1000, 40000), input_prims=self.lamp),

@@ -139,6 +139,47 @@ def draws_of_several_nodes():
     return camera
 
 
+def scattered():
+    """Shapes on a floor and in volumes, of which one moves, with rotations of their own."""
+    rep.create.light(light_type="dome", intensity=800)
+    floor = rep.create.plane(scale=4, rotation=(20, 0, 30))
+    room = rep.create.sphere(scale=1.5, position=(0, 0, 2), visible=False)
+    cubes = rep.create.cube(count=3, scale=0.4, semantics=[("class", "cube")])
+    balls = rep.create.sphere(count=2, scale=0.3, semantics=[("class", "ball")])
+    cones = rep.create.cone(count=2, scale=0.3, semantics=[("class", "cone")])
+    with rep.trigger.on_frame():
+        with room:
+            rep.modify.pose(position=uniform((-1, -1, 1), (1, 1, 3)))
+        with cubes:
+            rep.modify.pose(rotation=uniform((0, 0, 0), (360, 360, 360)))
+            rep.randomizer.scatter_2d(floor, offset=0.3)
+        with balls:
+            rep.randomizer.scatter_3d(room)
+    with rep.trigger.on_frame(interval=2), cones:
+        rep.randomizer.scatter_3d(min_samp=(-2, -2, 0), max_samp=(2, 2, 2), seed=3)
+    return rep.create.camera(position=(8, 1, 5), look_at=(0, 0, 0))
+
+
+def scattered_without_collisions():
+    """Shapes that turn and grow, on a floor that tilts, among obstacles that move."""
+    rep.create.light(light_type="dome", intensity=800)
+    floor = rep.create.plane(scale=3)
+    posts = rep.create.cylinder(count=2, scale=0.5)
+    group = rep.create.group([rep.create.torus(scale=0.4), rep.create.torus(scale=0.4, position=(1, 1, 0))])
+    cubes = rep.create.cube(count=5, scale=0.4, semantics=[("class", "cube")])
+    with rep.trigger.on_frame():
+        with floor:
+            rep.modify.pose(rotation_x=uniform(-30, 30))
+        with posts:
+            rep.modify.pose(position=uniform((-1, -1, 0), (1, 1, 0)))
+        with group:
+            rep.modify.pose(rotation_z=uniform(0, 90))
+        with cubes:
+            rep.modify.pose(rotation=uniform((0, 0, 0), (90, 90, 90)), scale=uniform(0.3, 0.6))
+            rep.randomizer.scatter_2d(floor, no_coll_prims=[posts, group], check_for_collisions=True)
+    return rep.create.camera(position=(8, 1, 5), look_at=(0, 0, 0))
+
+
 def begin(build):
     """Open a new stage with a scene; return its render product."""
     session.restart()

@@ -38,6 +38,7 @@ def scene(edit, trigger=None):
             "cube": rep.create.cube(semantics=[("class", "cube")]),
             "lamp": rep.create.light(light_type="sphere", intensity=500, position=(0, 0, 5)),
             "floor": rep.create.plane(scale=4),
+            "ball": rep.create.sphere(position=(0, 0, 3)),
             "camera": rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)),
             "rocks": rocks(),
         }
@@ -49,7 +50,11 @@ def scene(edit, trigger=None):
 
 
 CASES = {
-    "OgnScatter2D": lambda p: rep.randomizer.scatter_2d(p["floor"], input_prims=p["cube"]),
+    "OgnWriteMaterial": lambda p: rep.randomizer.materials(rep.create.material_omnipbr(count=2), input_prims=p["cube"]),
+    "sampled voxels": lambda p: rep.randomizer.scatter_3d(p["ball"], viz_sampled_voxels=True, input_prims=p["cube"]),
+    "the point instances of /World/Rocks cannot be scattered": lambda p: rep.randomizer.scatter_2d(
+        p["floor"], input_prims=p["rocks"]
+    ),
     "pivot": lambda p: rep.modify.pose(position=uniform((0, 0, 0), (1, 1, 1)), pivot=(0, 0, -1), input_prims=p["cube"]),
     "size": lambda p: rep.modify.pose(size=uniform(1, 2), input_prims=p["cube"]),
     "focalLength": lambda p: rep.modify.attribute("focalLength", uniform(10, 30), input_prims=p["camera"]),

@@ -44,13 +44,46 @@ def test_the_files_are_the_same(tmp_path, monkeypatch):
 SCATTERED = """
 import omni.replicator.core as rep
 
+floor = rep.create.plane(scale=4, rotation=(10, 0, 0))
+cubes = rep.create.cube(count=4, scale=0.5, semantics=[("class", "cube")])
+rep.create.group([cubes, floor])
+rep.create.light(light_type="dome", intensity=500)
+product = rep.create.render_product(rep.create.camera(position=(5, 0, 4), look_at=(0, 0, 0)), (24, 16))
+with rep.trigger.on_frame(max_execs=4), cubes:
+    rep.modify.pose(rotation=rep.distribution.uniform((0, 0, 0), (90, 90, 90)))
+    rep.randomizer.scatter_2d(floor, check_for_collisions=True)
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="{folder}", rgb=True, bounding_box_3d=True)
+writer.attach(product)
+rep.orchestrator.run()
+"""
+
+
+def test_scattered_prims_are_drawn_together(tmp_path):
+    found = []
+    for name, options in (("single", []), ("together", ["--worlds", "4"])):
+        session.restart()
+        script = tmp_path / f"{name}.py"
+        script.write_text(SCATTERED.format(folder=tmp_path / name))
+        done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(script)])
+        assert done.exit_code == 0, done.output
+        assert "one by one" not in done.output
+        found.append({file.name: file.read_bytes() for file in (tmp_path / name).glob("[rb]*_*.*")})
+    session.restart()
+    assert sum(name.startswith("rgb") for name in found[0]) == 4
+    assert found[0] == found[1]
+
+
+DRESSED = """
+import omni.replicator.core as rep
+
 with rep.new_layer():
-    floor = rep.create.plane(scale=4)
+    paints = rep.create.material_omnipbr(diffuse=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), count=4)
     cube = rep.create.cube(scale=0.3, semantics=[("class", "cube")])
     rep.create.light(light_type="dome", intensity=500)
     product = rep.create.render_product(rep.create.camera(position=(5, 0, 4), look_at=(0, 0, 0)), (24, 16))
     with rep.trigger.on_frame(max_execs=3), cube:
-        rep.randomizer.scatter_2d(floor)
+        rep.randomizer.materials(paints)
 writer = rep.WriterRegistry.get("BasicWriter")
 writer.initialize(output_dir="{folder}", rgb=True)
 writer.attach(product)
@@ -63,14 +96,14 @@ def test_what_worlds_cannot_draw_is_rendered_one_by_one_with_a_warning(tmp_path)
     for name, options in (("single", []), ("together", ["--worlds", "4"])):
         session.restart()
         script = tmp_path / f"{name}.py"
-        script.write_text(SCATTERED.format(folder=tmp_path / name))
+        script.write_text(DRESSED.format(folder=tmp_path / name))
         done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(script)])
         assert done.exit_code == 0, done.output
         found.append({file.name: file.read_bytes() for file in (tmp_path / name).glob("rgb*.png")})
     session.restart()
     assert len(found[0]) == 3
     assert found[0] == found[1]
-    assert "OgnScatter2D" in done.output
+    assert "OgnWriteMaterial" in done.output
     assert "Frames are rendered one by one" in done.output
 
 

@@ -21,6 +21,8 @@ SCENES = (
     scenes.orbits_and_nested_prims,
     scenes.other_intervals,
     scenes.draws_of_several_nodes,
+    scenes.scattered,
+    scenes.scattered_without_collisions,
 )
 
 

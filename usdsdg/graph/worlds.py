@@ -77,7 +77,7 @@ class WorldDraws:
         """
         uses = WorldUses()
         try:
-            values = self._drawn_together(uses, lenient=False)
+            values = self._drawn_together(uses, lenient=False, only_independent=True)
         except UsdsdgError:  # evaluating the frames tells what is wrong, where it is
             return None
         written = {(path, name) for path, drawn in values.values.items() for name in drawn}
@@ -98,12 +98,14 @@ class WorldDraws:
             uses.are_in_order = False
         return values if uses.are_in_order else self._drawn_in_turn()
 
-    def _drawn_together(self, uses: WorldUses, *, lenient: bool = True) -> WorldValues:
+    def _drawn_together(
+        self, uses: WorldUses, *, lenient: bool = True, only_independent: bool = False
+    ) -> WorldValues:  # fmt: skip
         """Return the values of all worlds by one call of each twin; note in `uses` what twins read and write.
 
         lenient: leave out what a twin cannot do where all worlds have the same.
         """
-        values = WorldValues(self.count, stage_time(current_stage()))
+        values = WorldValues(self.count, stage_time(current_stage()), only_independent=only_independent)
         for firings, node, executed in self._runs:
             executions = executed - 1 + firings.later()
             if executions[0] < 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.distribution import Distribution, draw_worlds
 from usdsdg.errors import ArgumentError, Unsupported
@@ -14,7 +14,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.look_at import look_at_rotations
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, decompose, euler_xyz_from_quat
-from usdsdg.stage.poses.transforms import up_axis, up_vector
+from usdsdg.stage.poses.transforms import inverse_of_parent, up_axis, up_vector
 from usdsdg.stage.poses.xform_ops import local_euler, local_translation
 from usdsdg.stage.world_values import WorldValues
 
@@ -68,8 +68,14 @@ class PosedPrim:
 
     def set_world_position(self, points: Array) -> None:
         """Move to (worlds or 1, 3) points of the world."""
-        rows = np.c_[points, np.ones(len(points))][:, None]
-        self.set_vectors("translate", (rows @ np.linalg.inv(self._values.parent_to_world(self.prim)))[:, 0, :3])
+        to_world = self._values.parent_to_world(self.prim)
+        if self._values.move(self.prim.GetParent()):
+            rows = np.c_[points, np.ones(len(points))][:, None]
+            self.set_vectors("translate", (rows @ np.linalg.inv(to_world))[:, 0, :3])
+            return
+        # With the rounding of what moves the prim on the stage.
+        inverse = inverse_of_parent(self.prim, self._values.time)
+        self.set_vectors("translate", np.array([inverse.Transform(Gf.Vec3d(*point)) for point in points.tolist()]))
 
     def look_at(self, targets: Array, upwards: Array | None = None) -> None:
         """Rotate in place, so that the camera child or the own -Z points at (worlds or 1, 3) points of the world.

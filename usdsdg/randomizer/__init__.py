@@ -5,7 +5,8 @@ from typing import Any
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
-from usdsdg.randomizer import appearance_worlds as _worlds  # noqa: F401 - registers twins for worlds
+from usdsdg.randomizer import appearance_worlds as _appearance_worlds  # noqa: F401 - registers twins for worlds
+from usdsdg.randomizer import scatter_worlds as _scatter_worlds  # noqa: F401
 from usdsdg.randomizer import spheres as _spheres  # noqa: F401 - registers the actions of its nodes
 from usdsdg.randomizer.appearance import color, materials, texture
 from usdsdg.randomizer.instances import instantiate

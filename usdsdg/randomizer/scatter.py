@@ -16,7 +16,7 @@ from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.scatter import surface, volume
 from usdsdg.scatter.bounds import Bounds
 from usdsdg.scatter.positions import Draws
-from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
+from usdsdg.scatter.stage_bodies import ON_STAGE, Places, scatter, surface_of, volume_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.instancers import object_names
 from usdsdg.stage.scopes import REPLICATOR, define_scope
@@ -63,9 +63,14 @@ def scatter_2d(
 
 @action("OgnScatter2D", "noCollPrims", "seed")
 def _scatter_2d(node: Node, execution: int) -> None:
+    _scatter(node, surface_in(node), execution, surface.COMPONENTS)
+
+
+def surface_in(node: Node, places: Places = ON_STAGE) -> surface.Surface:
+    """Return the surface that a "OgnScatter2D" node places prims on."""
     inputs = node.inputs
-    region = surface_of(_prims(inputs, "surfacePrims"), _given_bounds(inputs), offset=inputs["offset"])
-    _scatter(node, region, execution, surface.COMPONENTS)
+    prims = prims_of(inputs, "surfacePrims")
+    return surface_of(prims, _given_bounds(inputs), offset=inputs["offset"], places=places)
 
 
 def scatter_3d(
@@ -120,18 +125,24 @@ def scatter_3d(
 
 @action("OgnScatter3D", "volumePrims", "noCollPrims", "volumeExclPrims", "seed")
 def _scatter_3d(node: Node, execution: int) -> None:
+    region = volume_in(node)
+    drawn = _scatter(node, region, execution, volume.COMPONENTS)
+    if node.inputs["vizSampledVoxels"] and isinstance(region, volume.Volume):
+        show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
+
+
+def volume_in(node: Node, places: Places = ON_STAGE) -> volume.Volume | volume.Box:
+    """Return the volume that a "OgnScatter3D" node places prims in."""
     inputs = node.inputs
-    region = volume_of(
-        _prims(inputs, "volumePrims"),
+    return volume_of(
+        prims_of(inputs, "volumePrims"),
         _given_bounds(inputs),
-        excluded=_prims(inputs, "volumeExclPrims"),
+        excluded=prims_of(inputs, "volumeExclPrims"),
         voxel_size=inputs["voxelSize"],
         resolution_scaling=inputs["resolutionScaling"],
         prevent_overlap=inputs["preventVolOverlap"],
+        places=places,
     )
-    drawn = _scatter(node, region, execution, volume.COMPONENTS)
-    if inputs["vizSampledVoxels"] and isinstance(region, volume.Volume):
-        show_voxels(current_stage(), region.voxels(drawn), region.voxel_size)
 
 
 def _scatter(
@@ -141,14 +152,15 @@ def _scatter(
     return scatter(
         prims,
         region,
-        _draws(node, object_names(prims), execution, components),
-        obstacles=_prims(node.inputs, "noCollPrims"),
+        draws_of(node, object_names(prims), execution, components),
+        obstacles=prims_of(node.inputs, "noCollPrims"),
         avoid_each_other=node.inputs["checkForCollisions"],
         shapes=node.state.setdefault("shapes", {}),
     )
 
 
-def _draws(node: Node, names: Sequence[str], execution: int, components: int) -> Draws:
+def draws_of(node: Node, names: Sequence[str], execution: int, components: int) -> Draws:
+    """Return the source of the uniform numbers of one execution of a scatter node."""
     seed = node.inputs.get("seed", get_global_seed())
 
     def draw(rows: Sequence[int], first: int, tries: int) -> np.ndarray:
@@ -176,7 +188,8 @@ def _given_bounds(inputs: dict[str, Any]) -> Bounds:
     return Bounds.given(inputs["minSamp"], inputs["maxSamp"])
 
 
-def _prims(inputs: dict[str, Any], role: str) -> list[Usd.Prim]:
+def prims_of(inputs: dict[str, Any], role: str) -> list[Usd.Prim]:
+    """Return the prims that an input of a scatter node names."""
     return [prim_at(path) for path in inputs.get(role) or ()]
 
 

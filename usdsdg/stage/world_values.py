@@ -79,10 +79,13 @@ class WorldValues:
         sources: what has drawn the values of a prim, for messages.
         steady: prim path and name of the attributes that every frame writes anew.
         read_from_stage: prim path and name of the attributes that were read before they were set, if at all.
+        only_independent: whether the values are of use only where no world follows from another.
     """
 
-    def __init__(self, count: int, time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
-        self.count, self.time = count, time
+    def __init__(
+        self, count: int, time: Usd.TimeCode = Usd.TimeCode.Default(), *, only_independent: bool = False  # noqa: B008
+    ) -> None:  # fmt: skip
+        self.count, self.time, self.only_independent = count, time, only_independent
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
         self.sources: dict[Sdf.Path, str] = {}
         self.steady: frozenset[tuple[Sdf.Path, str]] = frozenset()
@@ -147,6 +150,10 @@ class WorldValues:
     def moved(self) -> list[Sdf.Path]:
         """Return the prims whose local transforms differ."""
         return [path for path, values in self.values.items() if any(name.startswith("xformOp:") for name in values)]
+
+    def move(self, prim: Usd.Prim) -> bool:
+        """Return whether a prim, or one above it, has a local transform that differs."""
+        return any(name.startswith("xformOp:") for path in prim.GetPath().GetPrefixes() for name in self.of(path))
 
     def local_matrices(self, prim: Usd.Prim) -> Array:
         """(worlds, 4, 4) float64, the prim's local transforms for row vectors; (1, 4, 4) if they are the same."""
