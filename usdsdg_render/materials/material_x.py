@@ -23,8 +23,9 @@ WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "c
 CHANNELS = {"outr": 0, "outx": 0, "outg": 1, "outy": 1, "outb": 2, "outz": 2, "outa": 3, "outw": 3}
 IMAGES = ("ND_image_", "ND_tiledimage_")
 CHANNEL_NODES = ("ND_extract_", "ND_separate")
+CONSTANTS = "ND_constant_"
 # Nodes that pass on what they get, with more or fewer channels.
-PASSING_NODES = ("ND_convert_", "ND_dot_")
+PASSING_NODES = (*CHANNEL_NODES, CONSTANTS, "ND_convert_", "ND_dot_")
 FLAT = (0.0,)
 Unread = dict[str, tuple[float, ...]]  # inputs that are not read, with the values that change nothing
 
@@ -123,15 +124,6 @@ def _warn_of_unread(network: Network, shader: UsdShade.Shader, names: Names, mat
     if material.clearcoat.texture is not None or material.clearcoat.value != FLAT:
         ignored |= names.unread_coat
     warn_where(network, shader, ignored)
-    constant = {names.base[0], names.specular, names.ior, names.transmission, names.subsurface, names.coat_ior[0]}
-    constant |= {names.emission, names.thin, *ignored}
-    for name in network.connected(shader):
-        if name in constant:
-            network.warn(
-                shader,
-                f"a node is connected to inputs:{name}, which may only be a constant here; its default is used. Author "
-                f"a value.",
-            )
 
 
 def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission: float) -> Input:
@@ -162,32 +154,48 @@ def _input(
     network: Network, shader: UsdShade.Shader, name: str, default: tuple[float, ...], *, factor: float = 1.0
 ) -> Input:
     source = network.source(shader, name)
-    constant = tuple(factor * c for c in network.floats(shader, name, default))
     if source.shader is None:
-        return Input(constant)
-    found = _image(network, source, color=len(default) > 1)
-    if found is None:
-        return Input(constant)
-    return Input((factor,) * len(default), *found, constant)
+        return Input(tuple(factor * c for c in network.floats(shader, name, default)))
+    end = _passed(network, source)
+    if end.node is None:
+        return Input(tuple(factor * c for c in _constant(network, end, len(default))))
+    found = _image(network, end.node, end.channel, color=len(default) > 1)
+    constant = tuple(factor * c for c in default)
+    return Input(constant) if found is None else Input((factor,) * len(default), *found, constant)
 
 
-def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse, int] | None:
-    """The connected image and its channel; the connection may pass nodes that extract a channel or add some."""
-    node = source.shader
-    channel = -1
-    passed = set()
-    while (
-        node is not None
-        and node.GetPath() not in passed
-        and shader_id(node).startswith((*CHANNEL_NODES, *PASSING_NODES))
-    ):
+class _End(NamedTuple):
+    """Where nodes lead that pass on what they get: to another node, or to the input of the last one of them."""
+
+    node: UsdShade.Shader | None
+    channel: int  # that one of them extracts; -1 for all
+    last: UsdShade.Shader
+    name: str
+
+
+def _passed(network: Network, source: Source) -> _End:
+    """Follow a connection through nodes that extract a channel, add some, or hold a constant."""
+    node, channel, passed = source.shader, -1, set()
+    last, name = node, "in"
+    while node is not None and node.GetPath() not in passed and shader_id(node).startswith(PASSING_NODES):
         passed.add(node.GetPath())
         if shader_id(node).startswith(CHANNEL_NODES):
             channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
-        source = network.source(node, "in")
+        last, name = node, "value" if shader_id(node).startswith(CONSTANTS) else "in"
+        source = network.source(node, name)
         node = source.shader
-    if node is None:
-        return None
+    return _End(node, channel, last, name)
+
+
+def _constant(network: Network, end: _End, count: int) -> tuple[float, ...]:
+    """Return the constant at the end of nodes, of which an input that is not authored is 0."""
+    if end.channel < 0:
+        return network.floats(end.last, end.name, (0.0,) * count)
+    return network.floats(end.last, end.name, (0.0,) * (end.channel + 1))[-1:] * count
+
+
+def _image(network: Network, node: UsdShade.Shader, channel: int, *, color: bool) -> tuple[TextureUse, int] | None:
+    """Return the image of a node and its channel; -1 stands for the first one of a number, and all of a color."""
     kind = shader_id(node)
     if not kind.startswith(IMAGES):
         network.warn(node, f"MaterialX node '{kind}' is not evaluated; what it feeds has its default. Bake an image.")
@@ -244,11 +252,15 @@ def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
 def _coordinates(network: Network, node: UsdShade.Shader) -> tuple[str, UvTransform]:
     """Return the primvar of an image's texture coordinates, and how `place2d` nodes transform these."""
     placed, passed = IDENTITY_UV, set()
-    reader = network.source(node, "texcoord").shader
+    given = network.source(node, "texcoord")
+    reader = given.shader
     while reader is not None and shader_id(reader) == "ND_place2d_vector2" and reader.GetPath() not in passed:
         passed.add(reader.GetPath())
         placed = placed.after(_place2d(network, reader))
-        reader = network.source(reader, "texcoord").shader
+        node, given = reader, network.source(reader, "texcoord")
+        reader = given.shader
+    if given.attribute is not None:  # one texel for the whole surface
+        return "st", placed.after(UvTransform.at(network.floats(node, "texcoord", (0.0, 0.0))))
     if reader is None:
         return "st", placed
     if shader_id(reader).startswith("ND_geompropvalue_"):
@@ -262,9 +274,6 @@ def _coordinates(network: Network, node: UsdShade.Shader) -> tuple[str, UvTransf
 
 def _place2d(network: Network, node: UsdShade.Shader) -> UvTransform:
     """Read how a node places an image: about its pivot, divided by scale, turned clockwise, minus offset."""
-    for name in network.connected(node):
-        if name != "texcoord":
-            network.warn(node, f"inputs:{name} may only be a constant here; its default is used. Author a value.")
     pivot, offset = (network.floats(node, name, (0.0, 0.0)) for name in ("pivot", "offset"))
     scale = tuple(1.0 / each if each else 1.0 for each in network.floats(node, "scale", (1.0, 1.0)))
     scaled = UvTransform.of(scale, 0.0, (0.0, 0.0))
@@ -293,7 +302,8 @@ def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureU
                 "space.",
             )
         source = network.source(source.shader, "in")
-    found = _image(network, source, color=False)
+    node = None if source.shader is None else _passed(network, source).node
+    found = None if node is None else _image(network, node, -1, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))
 
 

@@ -105,12 +105,6 @@ class Network:
             reading.alone, reading.given = make, given
             self._alone[self._field] = reading
 
-    def connected(self, shader: UsdShade.Shader) -> list[str]:
-        """Return the inputs whose value another shader computes."""
-        self._look_up(shader, "")
-        names = self._inputs[shader.GetPath()]
-        return [name for name in names if self._look_up(shader, name)[0].shader is not None]
-
     def warn(self, shader: UsdShade.Shader | Usd.Prim, message: str) -> None:
         prim = shader if isinstance(shader, Usd.Prim) else shader.GetPrim()
         errors.warn_once(f"{prim.GetPath()}: {message}")
@@ -180,9 +174,24 @@ class Network:
         return Source(attribute, None, "") if attribute else NOTHING
 
     def value(self, shader: UsdShade.Shader, name: str) -> Any:
-        """Return the constant value of an input; None where there is none or a shader computes it."""
-        reading = self._noted(shader, name)[1]
+        """Return the constant value of an input; None where there is none, or (with a warning) a shader computes it."""
+        source, reading, _ = self._noted(shader, name)
+        self._warn_of_computed(shader, name, source)
         return None if reading is None else reading.value
+
+    def constant(self, shader: UsdShade.Shader, name: str) -> Usd.Attribute | None:
+        """Return the attribute with the constant value of an input; None where `value` is."""
+        source = self.source(shader, name)
+        self._warn_of_computed(shader, name, source)
+        return source.attribute
+
+    def _warn_of_computed(self, shader: UsdShade.Shader, name: str, source: Source) -> None:
+        if source.shader is not None:
+            self.warn(
+                shader,
+                f"inputs:{name} is connected to {source.shader.GetPath()}, but is read as a constant; the default is "
+                "used. Author a value.",
+            )
 
     def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return the constant value as as many floats as the default has, or the default."""

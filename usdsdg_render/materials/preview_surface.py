@@ -9,7 +9,7 @@ from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
 from usdsdg_render.materials.display_color import DEFAULT_COLOR
-from usdsdg_render.materials.network import Network, Source, shader_id
+from usdsdg_render.materials.network import NOTHING, Network, Source, shader_id
 from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
@@ -82,24 +82,11 @@ def as_pane(material: Material) -> Material:
 
 
 def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
-    _warn_of_connected(network, surface)
     displacement = network.source(surface, "displacement")
     if displacement.shader is not None or network.number(surface, "displacement", 0.0) != 0.0:
         network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
     if network.source(surface, "normal").shader is None and network.floats(surface, "normal", UP) != UP:
         network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
-
-
-def _warn_of_connected(network: Network, surface: UsdShade.Shader) -> None:
-    """Warn of inputs that are one number for the whole material where a shader computes them."""
-    for name in ("useSpecularWorkflow", "opacityMode", "opacityThreshold", "ior"):
-        source = network.source(surface, name)
-        if source.shader is not None:
-            network.warn(
-                surface,
-                f"inputs:{name} is connected to {source.shader.GetPath()}, but is read as a constant; the default is "
-                f"used. Author a value.",
-            )
 
 
 def reflectance(ior: float) -> float:
@@ -163,8 +150,8 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
-        attribute = network.source(texture, "file").attribute
-        if attribute is None or image_files.asset_file(attribute) == ("", ""):
+        source = network.source(texture, "file")
+        if source == NOTHING or (source.attribute and image_files.asset_file(source.attribute) == ("", "")):
             network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
         return None
     return TextureUse(
@@ -180,7 +167,7 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
 
 def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
     """Return the resolved file of an asset-valued input; "" if there is none (with a warning if one is authored)."""
-    attribute = network.source(shader, name).attribute
+    attribute = network.constant(shader, name)
     if attribute is None:
         return ""
     authored, file = image_files.asset_file(attribute)
@@ -219,7 +206,8 @@ def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
 def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
     """Read the texture's UV transform and note its primvar, of which a material has one."""
     transform = UvTransform()
-    reader = network.source(texture, "st").shader
+    at, name, given = texture, "st", network.source(texture, "st")
+    reader = given.shader
     passed = set()
     while reader is not None and shader_id(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
         passed.add(reader.GetPath())
@@ -229,7 +217,10 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
             network.floats(reader, "translation", (0.0, 0.0)),
         )
         transform = transform.after(own)
-        reader = network.source(reader, "in").shader
+        at, name, given = reader, "in", network.source(reader, "in")
+        reader = given.shader
+    if given.attribute is not None:  # one texel for the whole surface
+        return transform.after(UvTransform.at(network.floats(at, name, (0.0, 0.0))))
     primvar = "st"
     if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
         primvar = str(network.value(reader, "varname") or "st")

@@ -1,5 +1,6 @@
 """UsdShade networks to material rows: every input that is read, bindings, fallbacks, what is named."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -478,6 +479,60 @@ def test_connected_inputs_that_are_read_as_constants_are_named(name):
     looks.connect(name, looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float"))
     with pytest.warns(UserWarning, match=f"inputs:{name} is connected to /Looks/M/Reader, .* Author a value"):
         looks.row()
+
+
+@pytest.mark.parametrize("name", ["file", "scale", "bias", "fallback", "wrapS", "sourceColorSpace"])
+def test_connected_inputs_of_a_texture_are_named_once(name, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_string")
+    texture.CreateInput(name, T.Token).ConnectToSource(reader.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match="Author a value") as told:
+        looks.row()
+    assert [str(each.message).split(";")[0] for each in told] == [
+        f"/Looks/M/Tex: inputs:{name} is connected to /Looks/M/Reader, but is read as a constant"
+    ]
+
+
+@pytest.mark.parametrize("name", ["scale", "rotation", "translation"])
+def test_connected_inputs_of_a_transform_are_named(name, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    transform = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float2")
+    for each in ("in", name):
+        transform.CreateInput(each, T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match=f"/Looks/M/Transform: inputs:{name} is connected to /Looks/M/Reader"):
+        looks.row()
+
+
+def test_a_connected_factor_of_gltf_is_named():
+    looks = Mdl("gltf_material")
+    looks.connect("base_color_factor", looks.shader("/Looks/M/Data", "data_lookup_color"), "out")
+    with pytest.warns(UserWarning, match="inputs:base_color_factor is connected to /Looks/M/Data"):
+        looks.row()
+
+
+@pytest.mark.parametrize("has_transform", [False, True])
+def test_constant_coordinates_show_one_texel(has_transform, tmp_path):
+    looks = Looks()
+    given = texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    place = np.array([0.25, 0.75, 1.0])
+    if has_transform:
+        given = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+        given.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+        given.CreateInput("translation", T.Float2).Set(Gf.Vec2f(0.5, 0.25))
+        texture.CreateInput("st", T.Float2).ConnectToSource(given.ConnectableAPI(), "result")
+    given.CreateInput("in" if has_transform else "st", T.Float2).Set(Gf.Vec2f(*place[:2]))
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    transform = np.array(textures[row["base_color_texture"]].transform)
+    expected = np.array([2, 3]) * place[:2] + (0.5, 0.25) if has_transform else place[:2]
+    for uv in ((0, 0, 1), (0.3, 0.9, 1)):  # of the surface
+        np.testing.assert_allclose(transform @ uv, expected)
 
 
 @pytest.mark.parametrize("target", ["/Looks/Gone.outputs:rgb", "/Looks/M/Tex.outputs:rgb", "/Looks/M/Loop.outputs:a"])
@@ -1090,8 +1145,47 @@ def test_place2d_that_is_computed_is_named(tmp_path):
     image.CreateInput("texcoord", T.Float2).ConnectToSource(place.ConnectableAPI(), "out")
     wave = looks.shader("/Looks/M/Wave", "ND_sin_float")
     place.CreateInput("rotate", T.Float).ConnectToSource(wave.ConnectableAPI(), "out")
-    with pytest.warns(UserWarning, match="/Looks/M/Place: inputs:rotate may only be a constant"):
+    with pytest.warns(UserWarning, match="/Looks/M/Place: inputs:rotate is connected to /Looks/M/Wave, but"):
         looks.row()
+
+
+def test_constant_coordinates_of_a_material_x_image_show_one_texel(tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    image.CreateInput("texcoord", T.Float2).Set(Gf.Vec2f(0.25, 0.75))
+    looks.connect("base_color", image, "out")
+    row, textures = looks.row()
+    np.testing.assert_allclose(textures[row["base_color_texture"]].transform, [[0, 0, 0.25], [0, 0, 0.75]])
+
+
+@pytest.mark.parametrize(
+    ("name", "nodes", "value", "expected"),
+    [
+        ("base_color", ["ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+        ("base_color", ["ND_dot_color3", "ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+        ("base_color", ["ND_convert_float_color3"], 0.25, (0.25,) * 3),
+        ("base_color", ["ND_constant_color3"], None, (0.0,) * 3),  # MaterialX's default
+        ("specular_roughness", ["ND_constant_float"], 0.75, 0.75),
+        ("specular_roughness", ["ND_extract_color3", "ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), 0.2),
+    ],
+)
+def test_constants_behind_nodes_of_material_x_are_read(name, nodes, value, expected):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 1.0)
+    shaders = [looks.shader(f"/Looks/M/Node{k}", kind) for k, kind in enumerate(nodes)]
+    looks.connect(name, shaders[0], "out")
+    for first, after in itertools.pairwise(shaders):
+        first.CreateInput("in", T.Color3f).ConnectToSource(after.ConnectableAPI(), "out")
+    if "extract" in nodes[0]:
+        shaders[0].CreateInput("index", T.Int).Set(1)
+    if value is not None:
+        end = shaders[-1].CreateInput(
+            "value" if "constant" in nodes[-1] else "in", T.Float if isinstance(value, float) else T.Color3f
+        )
+        end.Set(value)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color" if name == "base_color" else "roughness"], expected, rtol=1e-6)
 
 
 def test_normal_maps_of_object_space_are_named(tmp_path):
@@ -1217,7 +1311,7 @@ def test_images_where_material_x_may_only_have_numbers_are_named(name, tmp_path)
     image = looks.shader("/Looks/M/Image", "ND_image_float")
     image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
     looks.connect(name, image, "out")
-    with pytest.warns(UserWarning, match=f"a node is connected to inputs:{name}, which may only be a constant"):
+    with pytest.warns(UserWarning, match=f"inputs:{name} is connected to /Looks/M/Image, but is read as a constant"):
         looks.row()
 
 
