@@ -36,6 +36,17 @@ def test_no_script_line_is_told_where_a_command_opens_a_stage():
     assert outside_line().startswith("test_missing_assets.py:")
 
 
+def test_references_that_were_written_on_windows_open(tmp_path):
+    on_disk(tmp_path, "parts/a.usda")
+    scene = tmp_path / "scene.usda"
+    scene.write_text(
+        '#usda 1.0\ndef "P" ( references = @.\\parts\\a.usda@ ) {}\ndef "Q" ( payload = @parts\\a.usda@ ) {}\n'
+    )
+    stage = Usd.Stage.Open(str(scene))
+    assets.check_missing(stage)
+    assert [stage.GetPrimAtPath(path).GetTypeName() for path in ("/P", "/Q")] == ["Cube", "Cube"]
+
+
 def test_a_file_that_does_not_open_is_named_once_however_many_refer_to_it(tmp_path, recwarn):
     prims = "".join(f'def "P{k}" ( references = @./gone.usd@ ) {{}}\n' for k in range(3))
     (tmp_path / "scene.usda").write_text(f"#usda 1.0\n{prims}")

@@ -376,6 +376,19 @@ def test_a_surface_without_an_id_is_named():
         assert looks.read() is None
 
 
+@pytest.mark.parametrize("name", [r".\maps\a.png", r"maps\a.png", r".\maps\u.<UDIM>.png"])
+def test_paths_that_were_written_on_windows_are_read(name, tmp_path):
+    (tmp_path / "maps").mkdir()
+    save(tmp_path / "maps" / "a.png", (1, 2, 3))
+    save(tmp_path / "maps" / "u.1001.png", (1, 2, 3))
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
+    prim = Sdf.CreatePrimInLayer(layer, "/T")
+    Sdf.AttributeSpec(prim, "inputs:file", T.Asset).default = Sdf.AssetPath(name)
+    stage = Usd.Stage.Open(layer)
+    found = asset_file(stage.GetAttributeAtPath("/T.inputs:file"))
+    assert found == (name, str(tmp_path / "maps" / name.replace("\\", "/").split("/")[-1]))
+
+
 @pytest.mark.parametrize("path", ["maps/a.<UDIM>.png", "./maps/a.<UDIM>.png"])
 def test_tiles_are_relative_to_the_layer_with_the_path(tmp_path, path):
     (tmp_path / "asset" / "maps").mkdir(parents=True)
