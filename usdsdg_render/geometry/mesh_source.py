@@ -253,7 +253,7 @@ def _spellings(uv_name: str) -> tuple[str, ...]:
 def _uv_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Primvar | None:
     """Read texture coordinates of two numbers, or the first two of three."""
     attribute = prim.GetAttribute(name)
-    if not attribute or not str(attribute.GetTypeName()).startswith("texCoord3"):
+    if not attribute or "3" not in str(attribute.GetTypeName()):  # some write them as float3 or vector3f
         return read_primvar(prim, name, time, (2,))
     primvar = read_primvar(prim, name, time, (3,))
     return primvar and primvar._replace(values=np.ascontiguousarray(primvar.values[:, :2]))

@@ -478,6 +478,57 @@ def test_primvars_of_the_gprim_are_inputs():
     np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
 
 
+def read_tint(kind, value, *, interpolation="constant", reader="float3", width=3):
+    """The base color of a ball whose material reads it from its primvar `tint`, 0.25 in its place."""
+    looks = Looks()
+    shader = looks.shader("/Looks/M/Reader", f"UsdPrimvarReader_{reader}")
+    shader.CreateInput("varname", T.String).Set("tint")
+    shader.CreateInput("fallback", T.Float3 if width == 3 else T.Float).Set(Gf.Vec3f(0.25) if width == 3 else 0.25)
+    name = "diffuseColor" if width == 3 else "roughness"
+    looks.surface.CreateInput(name, T.Color3f).ConnectToSource(shader.ConnectableAPI(), "result")
+    ball = UsdGeom.Sphere.Define(looks.stage, "/Ball").GetPrim()
+    UsdGeom.PrimvarsAPI(ball).CreatePrimvar("tint", kind, interpolation).Set(value)
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(looks.material)
+    extractor = SceneExtractor(looks.stage)
+    extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    return row["base_color" if width == 3 else "roughness"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        (T.Float4Array, [Gf.Vec4f(0.5, 0.125, 0.75, 1)]),
+        (T.Color4f, Gf.Vec4f(0.5, 0.125, 0.75, 1)),
+        (T.Vector3dArray, [Gf.Vec3d(0.5, 0.125, 0.75)]),
+    ],
+)
+def test_colors_of_primvars_are_the_first_three_numbers(kind, value, recwarn):
+    np.testing.assert_allclose(read_tint(kind, value, reader="float4"), (0.5, 0.125, 0.75))
+    assert not recwarn.list
+
+
+def test_colors_of_four_numbers_are_averaged_as_colors():
+    values = [Gf.Vec4f(1, 0, 0, 1), Gf.Vec4f(0, 1, 0, 1), Gf.Vec4f(0, 0, 1, 1)]
+    with pytest.warns(UserWarning, match="/Ball: primvars:tint varies over the gprim"):
+        np.testing.assert_allclose(read_tint(T.Float4Array, values, interpolation="vertex"), 1 / 3, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "width"),
+    [
+        (T.String, "red", 3),
+        (T.Float2Array, [Gf.Vec2f(1, 1)], 3),
+        (T.Color3f, Gf.Vec3f(1, math.nan, 1), 3),
+        (T.Color3fArray, [Gf.Vec3f(1, 1, 1)], 1),
+        (T.FloatArray, [math.inf], 1),
+    ],
+)
+def test_primvars_that_do_not_fit_are_named_and_the_fallback_counts(kind, value, width):
+    with pytest.warns(UserWarning, match="/Ball: primvars:tint does not hold .* Correct its type"):
+        np.testing.assert_allclose(read_tint(kind, value, width=width, reader="float"), 0.25)
+
+
 def test_unknown_nodes_are_named_and_the_default_counts():
     looks = Looks()
     noise = looks.shader("/Looks/M/Noise", "PxrFractal")
