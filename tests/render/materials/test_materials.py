@@ -1252,6 +1252,22 @@ def test_constants_behind_nodes_of_material_x_are_read(name, nodes, value, expec
     np.testing.assert_allclose(row["base_color" if name == "base_color" else "roughness"], expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize("height", [0.0, 0.3, "image"])
+def test_a_displacement_of_its_own_is_named_where_it_moves_anything(height, recwarn):
+    looks = material_x("standard_surface")
+    node = looks.shader("/Looks/M/Height", "ND_displacement_float")
+    looks.material.CreateDisplacementOutput("mtlx").ConnectToSource(node.ConnectableAPI(), "out")
+    value = node.CreateInput("displacement", T.Float)
+    if height == "image":
+        value.ConnectToSource(looks.shader("/Looks/M/Image", "ND_image_float").ConnectableAPI(), "out")
+    else:
+        value.Set(height)
+    looks.row()
+    told = [str(each.message) for each in recwarn]
+    expected = "/Looks/M/Height: displacement is not supported and is ignored. Bake it into the mesh."
+    assert told == ([expected] if height else [])
+
+
 def test_normal_maps_of_object_space_are_named(tmp_path):
     looks = material_x("standard_surface")
     image = looks.shader("/Looks/M/Image", "ND_image_vector3")
