@@ -143,9 +143,11 @@ class Network:
             return self._preset_value(path, name)
         attributes = shader_input.GetValueProducingAttributes()
         if not attributes:
-            self._warn_of_dangling(shader, shader_input)
+            self._warn_of_dangling(shader_input.GetAttr(), "the default is used")
             return NOTHING
         attribute = attributes[0]
+        if attribute.HasAuthoredConnections():
+            self._warn_of_dangling(attribute, "the value authored beside it is used")
         prim = attribute.GetPrim()
         self.visited.add(prim.GetPath())
         base_name = attribute.GetName()
@@ -153,13 +155,14 @@ class Network:
             return Source(None, UsdShade.Shader(prim), base_name[len("outputs:") :])
         return Source(attribute, None, "")
 
-    def _warn_of_dangling(self, shader: UsdShade.Shader, shader_input: UsdShade.Input) -> None:
-        connections = shader_input.GetAttr().GetConnections()
+    def _warn_of_dangling(self, attribute: Usd.Attribute, used: str) -> None:
+        """Warn of a connection to nothing, in whose place something else is used."""
+        connections = attribute.GetConnections()
         if connections and not self._is_left_open(connections[0]):
             self.warn(
-                shader,
-                f"{shader_input.GetFullName()} is connected to {connections[0]}, which gives no value; the default is "
-                f"used. Connect it to an output that exists, or author a value.",
+                attribute.GetPrim(),
+                f"{attribute.GetName()} is connected to {connections[0]}, which gives no value; {used}. Connect it to "
+                "an output that exists, or author a value.",
             )
 
     def _is_left_open(self, path: Sdf.Path) -> bool:

@@ -614,6 +614,21 @@ def test_connections_to_nothing_are_named_and_the_default_counts(target):
         np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
 
 
+@pytest.mark.parametrize("through_interface", [False, True])
+def test_a_value_beside_a_connection_to_nothing_counts_and_is_named(through_interface):
+    looks = Looks()
+    given = looks.surface.CreateInput("diffuseColor", T.Color3f)
+    if through_interface:
+        offered = looks.material.CreateInput("paint", T.Color3f)
+        given.ConnectToSource(offered)
+        given = offered
+    given.Set(Gf.Vec3f(0.5, 0.25, 0.125))
+    given.GetAttr().SetConnections(["/Looks/Gone.outputs:rgb"])
+    path = str(given.GetAttr().GetPrimPath())
+    with pytest.warns(UserWarning, match=f"{path}: {given.GetFullName()} is .* the value authored beside it is used"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], (0.5, 0.25, 0.125))
+
+
 @pytest.mark.parametrize("file", [None, ""])
 def test_a_texture_without_a_file_is_named(file):
     looks = Looks()
