@@ -140,6 +140,17 @@ def test_what_prototypes_hide_and_masked_points_are_in_no_box(stage):
     assert own_box(prim, PURPOSES).IsEmpty()
 
 
+def test_points_that_are_not_finite_are_in_no_box(stage):
+    prim = instancer(stage)
+    expected = own_box(prim, PURPOSES)
+    made = UsdGeom.PointInstancer(prim)
+    made.GetProtoIndicesAttr().Set([0, 0, 0])
+    made.GetPositionsAttr().Set([*made.GetPositionsAttr().Get(), Gf.Vec3f(np.nan)])
+    made.GetOrientationsAttr().Set([*made.GetOrientationsAttr().Get(), Gf.Quath(1)])
+    with np.errstate(all="raise"):
+        assert own_box(prim, PURPOSES) == expected
+
+
 def test_instancers_among_prototypes_have_their_boxes(stage):
     inner = instancer(stage)
     outer = UsdGeom.PointInstancer.Define(stage, "/Four")

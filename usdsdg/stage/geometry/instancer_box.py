@@ -30,6 +30,7 @@ def instancer_box(instancer: Usd.Prim, time: Usd.TimeCode, purposes: Sequence[st
     if len(to_instancer) != len(kinds):
         return None
     mask = np.array(list(schema.ComputeMaskAtTime(time)) or [True] * len(kinds), bool)
+    mask &= np.isfinite(to_instancer).all(axis=(1, 2))  # others are not drawn
     boxes = []
     for kind, path in enumerate(prototypes_of(instancer)):
         places = to_instancer[mask & (kinds == kind)]
