@@ -23,7 +23,17 @@ COLOR_SPACES = {
     **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
     **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
 }
-# The second is MaterialX's node of the same inputs.
+# MaterialX has the nodes of UsdPreviewSurface's specification, too, with the same inputs.
+_MATERIAL_X_NODES = {
+    "ND_UsdUVTexture": "UsdUVTexture",
+    "ND_UsdUVTexture_22": "UsdUVTexture",
+    "ND_UsdUVTexture_23": "UsdUVTexture",
+    "ND_UsdTransform2d": "UsdTransform2d",
+    "ND_UsdPrimvarReader_float": "UsdPrimvarReader_float",
+    "ND_UsdPrimvarReader_vector2": "UsdPrimvarReader_float2",
+    "ND_UsdPrimvarReader_vector3": "UsdPrimvarReader_float3",
+    "ND_UsdPrimvarReader_vector4": "UsdPrimvarReader_float4",
+}
 PREVIEW_SURFACES = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
@@ -89,6 +99,12 @@ def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
         network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
 
 
+def _kind(shader: UsdShade.Shader) -> str:
+    """Return the id of a shader; of MaterialX's nodes that of the node of UsdPreviewSurface's specification."""
+    name = shader_id(shader)
+    return _MATERIAL_X_NODES.get(name, name)
+
+
 def reflectance(ior: float) -> float:
     """Return the Fresnel reflectance at normal incidence (F0) between air and `ior`."""
     ior = max(ior, 0.0)
@@ -101,7 +117,7 @@ def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple
         return Input(network.as_floats(surface, name, current_color(source.attribute), default))
     if source.shader is None:
         return Input(default)
-    kind = shader_id(source.shader)
+    kind = _kind(source.shader)
     if kind == "UsdUVTexture":
         return _textured(network, source, default)
     if kind.startswith("UsdPrimvarReader_float"):
@@ -198,6 +214,7 @@ def _color_space(network: Network, texture: UsdShade.Shader, *, color: bool) -> 
 
 def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
     value = str(network.value(texture, name) or "useMetadata")
+    value = "repeat" if value == "periodic" else value  # MaterialX's word
     if value not in WRAPS and value != "useMetadata":
         network.warn(texture, f"inputs:{name} {value!r} is none of {', '.join(WRAPS)}; repeat is used. Correct it.")
     return WRAPS.get(value, WRAP_REPEAT)
@@ -209,7 +226,7 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
     at, name, given = texture, "st", network.source(texture, "st")
     reader = given.shader
     passed = set()
-    while reader is not None and shader_id(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
+    while reader is not None and _kind(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
         passed.add(reader.GetPath())
         own = UvTransform.of(
             network.floats(reader, "scale", (1.0, 1.0)),
@@ -222,7 +239,7 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
     if given.attribute is not None:  # one texel for the whole surface
         return transform.after(UvTransform.at(network.floats(at, name, (0.0, 0.0))))
     primvar = "st"
-    if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
+    if reader is not None and _kind(reader) == "UsdPrimvarReader_float2":
         primvar = str(network.value(reader, "varname") or "st")
     elif reader is not None:
         network.warn(
@@ -243,9 +260,11 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
-    if shader_id(source.shader) != "UsdUVTexture":
+    if _kind(source.shader) != "UsdUVTexture":
         network.warn(
-            source.shader, f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored."
+            source.shader,
+            f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored. Connect a "
+            f"UsdUVTexture.",
         )
         return None
     use = texture_use(network, source.shader, color=False)

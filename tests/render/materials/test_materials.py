@@ -369,6 +369,32 @@ def test_material_x_has_a_node_of_the_preview_surface():
     assert looks.row()[0] == row
 
 
+def test_material_x_has_the_nodes_of_the_preview_surface(tmp_path, recwarn):
+    looks = Looks("ND_UsdPreviewSurface_surfaceshader")
+    texture = looks.texture(save(tmp_path / "a.png", (10, 20, 30)), wrapS="periodic", wrapT="mirror")
+    texture.CreateIdAttr("ND_UsdUVTexture_23")
+    texture.GetInput("file").GetAttr().SetColorSpace("srgb_texture")
+    reader = looks.shader("/Looks/M/Reader", "ND_UsdPrimvarReader_vector2")
+    reader.CreateInput("varname", T.String).Set("UVMap")
+    transform = looks.shader("/Looks/M/Transform", "ND_UsdTransform2d")
+    transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+    transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "out")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "out")
+    rough = looks.shader("/Looks/M/Rough", "ND_UsdPrimvarReader_float")
+    rough.CreateInput("varname", T.String).Set("rough")
+    looks.connect("diffuseColor", texture)
+    looks.connect("normal", texture)
+    looks.connect("roughness", rough, "out")
+    row, textures = looks.row()
+    color = textures[row["base_color_texture"]]
+    assert (color.srgb, color.wrap_s, color.wrap_t) == (True, scene.WRAP_REPEAT, scene.WRAP_MIRROR)
+    assert (color.transform.u_row[0], color.transform.v_row[1]) == (2, 3)
+    assert row["normal_texture"] >= 0
+    material = looks.read()
+    assert (material.uv_primvar, [each.primvar for each in material.primvar_inputs]) == ("UVMap", ["rough"])
+    assert not recwarn.list
+
+
 def test_a_surface_without_an_id_is_named():
     looks = Looks()
     looks.surface.GetPrim().RemoveProperty("info:id")
