@@ -13,7 +13,7 @@ from pxr import UsdShade
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl.inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
-from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
+from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file, warn_without_file
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.usd.authored_values import as_floats
@@ -160,7 +160,7 @@ def _input(
     if end.node is None:
         return Input(tuple(factor * c for c in _constant(network, end, len(default))))
     found = _image(network, end.node, end.channel, color=len(default) > 1)
-    constant = tuple(factor * c for c in default)
+    constant = tuple(factor * c for c in _without_file(network, end.node, end.channel, default))
     return Input(constant) if found is None else Input((factor,) * len(default), *found, constant)
 
 
@@ -194,6 +194,17 @@ def _constant(network: Network, end: _End, count: int) -> tuple[float, ...]:
     return network.floats(end.last, end.name, (0.0,) * (end.channel + 1))[-1:] * count
 
 
+def _without_file(
+    network: Network, node: UsdShade.Shader, channel: int, default: tuple[float, ...]
+) -> tuple[float, ...]:
+    """Return what an image gives where its file cannot be read: its own `default`, else that of what it feeds."""
+    if not shader_id(node).startswith(IMAGES) or network.value(node, "default") is None:
+        return default
+    if channel < 0:
+        return network.floats(node, "default", default)
+    return network.floats(node, "default", (0.0,) * (channel + 1))[-1:] * len(default)
+
+
 def _image(network: Network, node: UsdShade.Shader, channel: int, *, color: bool) -> tuple[TextureUse, int] | None:
     """Return the image of a node and its channel; -1 stands for the first one of a number, and all of a color."""
     kind = shader_id(node)
@@ -202,6 +213,7 @@ def _image(network: Network, node: UsdShade.Shader, channel: int, *, color: bool
         return None
     file = texture_file(network, node, "file")
     if not file:
+        warn_without_file(network, node)
         return None
     attribute = network.source(node, "file").attribute
     space = str(attribute.GetColorSpace() or "") if attribute is not None else ""

@@ -166,9 +166,7 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
-        source = network.source(texture, "file")
-        if source == NOTHING or (source.attribute and image_files.asset_file(source.attribute) == ("", "")):
-            network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
+        warn_without_file(network, texture)
         return None
     return TextureUse(
         file=file,
@@ -179,6 +177,13 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
         wrap_t=_wrap(network, texture, "wrapT"),
         shader=str(texture.GetPath()),
     )
+
+
+def warn_without_file(network: Network, texture: UsdShade.Shader) -> None:
+    """Warn of a texture whose `file` is missing or empty."""
+    source = network.source(texture, "file")
+    if source == NOTHING or (source.attribute and image_files.asset_file(source.attribute) == ("", "")):
+        network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
 
 
 def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:

@@ -1254,6 +1254,22 @@ def test_place2d_that_is_computed_is_named(tmp_path):
         looks.row()
 
 
+@pytest.mark.parametrize("file", [None, "gone.png"])
+@pytest.mark.parametrize("default", [None, Gf.Vec3f(0.5, 0.25, 0.125)])
+def test_a_material_x_image_without_a_file_is_named_and_its_default_counts(file, default):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 1.0)
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    if file is not None:
+        image.CreateInput("file", T.Asset).Set(file)
+    if default is not None:
+        image.CreateInput("default", T.Color3f).Set(default)
+    looks.connect("base_color", image, "out")
+    said = "it names no file" if file is None else "inputs:file names gone.png, which does not exist"
+    with pytest.warns(UserWarning, match=f"/Looks/M/Image: {said}; the fallback is used"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], (0.8, 0.8, 0.8) if default is None else default)
+
+
 def test_constant_coordinates_of_a_material_x_image_show_one_texel(tmp_path):
     looks = material_x("standard_surface")
     image = looks.shader("/Looks/M/Image", "ND_image_color3")
