@@ -23,9 +23,9 @@ WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "c
 CHANNELS = {"outr": 0, "outx": 0, "outg": 1, "outy": 1, "outb": 2, "outz": 2, "outa": 3, "outw": 3}
 IMAGES = ("ND_image_", "ND_tiledimage_")
 CHANNEL_NODES = ("ND_extract_", "ND_separate")
-CONSTANTS = "ND_constant_"
+CONSTANTS, PRODUCTS = "ND_constant_", "ND_multiply_"
 # Nodes that pass on what they get, with more or fewer channels.
-PASSING_NODES = (*CHANNEL_NODES, CONSTANTS, "ND_convert_", "ND_dot_")
+PASSING_NODES = (*CHANNEL_NODES, CONSTANTS, PRODUCTS, "ND_convert_", "ND_dot_")
 FLAT = (0.0,)
 Unread = dict[str, tuple[float, ...]]  # inputs that are not read, with the values that change nothing
 
@@ -83,7 +83,11 @@ OPEN_PBR = Names(
     unread_transmission=Unread(transmission_depth=FLAT, transmission_scatter=BLACK, transmission_dispersion_scale=FLAT),
     unread_coat=Unread(coat_color=WHITE, coat_roughness_anisotropy=FLAT),
 )
-SURFACES = {"ND_standard_surface_surfaceshader": Names(), "ND_open_pbr_surface_surfaceshader": OPEN_PBR}
+SURFACES = {
+    "ND_standard_surface_surfaceshader": Names(),
+    "ND_standard_surface_surfaceshader_100": Names(base=("base", 0.8), base_color=("base_color", WHITE)),
+    "ND_open_pbr_surface_surfaceshader": OPEN_PBR,
+}
 
 
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
@@ -157,11 +161,16 @@ def _input(
     if source.shader is None:
         return Input(tuple(factor * c for c in network.floats(shader, name, default)))
     end = _passed(network, source)
+    factors = tuple(factor * f for f in end.factors[: len(default)])
     if end.node is None:
-        return Input(tuple(factor * c for c in _constant(network, end, len(default))))
+        return Input(tuple(f * c for f, c in zip(factors, _constant(network, end, len(default)))))
     found = _image(network, end.node, end.channel, color=len(default) > 1)
-    constant = tuple(factor * c for c in _without_file(network, end.node, end.channel, default))
-    return Input(constant) if found is None else Input((factor,) * len(default), *found, constant)
+    constant = _without_file(network, end.node, end.channel, len(default))
+    if constant is None:
+        constant = tuple(factor * c for c in default)
+    else:
+        constant = tuple(f * c for f, c in zip(factors, constant))
+    return Input(constant) if found is None else Input(factors, *found, constant)
 
 
 class _End(NamedTuple):
@@ -171,20 +180,29 @@ class _End(NamedTuple):
     channel: int  # that one of them extracts; -1 for all
     last: UsdShade.Shader
     name: str
+    factors: tuple[float, ...] = WHITE  # of red, green and blue, or of a number
 
 
 def _passed(network: Network, source: Source) -> _End:
-    """Follow a connection through nodes that extract a channel, add some, or hold a constant."""
-    node, channel, passed = source.shader, -1, set()
+    """Follow a connection through nodes that extract a channel, add some, hold a constant, or multiply by one."""
+    node, channel, passed, factors = source.shader, -1, set(), WHITE
     last, name = node, "in"
     while node is not None and node.GetPath() not in passed and shader_id(node).startswith(PASSING_NODES):
         passed.add(node.GetPath())
+        following = "value" if shader_id(node).startswith(CONSTANTS) else "in"
         if shader_id(node).startswith(CHANNEL_NODES):
             channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
-        last, name = node, "value" if shader_id(node).startswith(CONSTANTS) else "in"
+        elif shader_id(node).startswith(PRODUCTS):
+            computed = [each for each in ("in1", "in2") if network.source(node, each).shader is not None]
+            if len(computed) != 1 or channel > 2:  # colors have three channels
+                break
+            [following] = computed
+            by = network.floats(node, "in2", WHITE) if following == "in1" else network.floats(node, "in1", BLACK)
+            factors = tuple(f * b for f, b in zip(factors, by if channel < 0 else (by[channel],) * 3))
+        last, name = node, following
         source = network.source(node, name)
         node = source.shader
-    return _End(node, channel, last, name)
+    return _End(node, channel, last, name, factors)
 
 
 def _constant(network: Network, end: _End, count: int) -> tuple[float, ...]:
@@ -194,15 +212,11 @@ def _constant(network: Network, end: _End, count: int) -> tuple[float, ...]:
     return network.floats(end.last, end.name, (0.0,) * (end.channel + 1))[-1:] * count
 
 
-def _without_file(
-    network: Network, node: UsdShade.Shader, channel: int, default: tuple[float, ...]
-) -> tuple[float, ...]:
-    """Return what an image gives where its file cannot be read: its own `default`, else that of what it feeds."""
+def _without_file(network: Network, node: UsdShade.Shader, channel: int, count: int) -> tuple[float, ...] | None:
+    """Return the `default` of an image, which it gives where its file cannot be read; None without one."""
     if not shader_id(node).startswith(IMAGES) or network.value(node, "default") is None:
-        return default
-    if channel < 0:
-        return network.floats(node, "default", default)
-    return network.floats(node, "default", (0.0,) * (channel + 1))[-1:] * len(default)
+        return None
+    return _constant(network, _End(node, channel, node, "default"), count)
 
 
 def _image(network: Network, node: UsdShade.Shader, channel: int, *, color: bool) -> tuple[TextureUse, int] | None:
@@ -314,8 +328,10 @@ def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureU
                 "space.",
             )
         source = network.source(source.shader, "in")
-    node = None if source.shader is None else _passed(network, source).node
-    found = None if node is None else _image(network, node, -1, color=False)
+    end = None if source.shader is None else _passed(network, source)
+    if end is not None and end.factors != WHITE:
+        network.warn(end.last, "factors of a normal map are ignored. Author the scale of the ND_normalmap.")
+    found = None if end is None or end.node is None else _image(network, end.node, -1, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))
 
 

@@ -1270,6 +1270,51 @@ def test_a_material_x_image_without_a_file_is_named_and_its_default_counts(file,
         np.testing.assert_allclose(looks.row()[0]["base_color"], (0.8, 0.8, 0.8) if default is None else default)
 
 
+@pytest.mark.parametrize("image_first", [False, True])
+@pytest.mark.parametrize("factor", [0.5, Gf.Vec3f(0.5, 0.25, 0.125)])
+def test_images_of_material_x_are_multiplied_by_constants(image_first, factor, tmp_path):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 0.5)
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    tint = looks.shader(
+        "/Looks/M/Tint", "ND_multiply_color3" if isinstance(factor, Gf.Vec3f) else "ND_multiply_color3FA"
+    )
+    names = ("in1", "in2") if image_first else ("in2", "in1")
+    tint.CreateInput(names[0], T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    tint.CreateInput(names[1], T.Color3f if isinstance(factor, Gf.Vec3f) else T.Float).Set(factor)
+    pick = looks.shader("/Looks/M/Pick", "ND_extract_color3")
+    pick.CreateInput("in", T.Color3f).ConnectToSource(tint.ConnectableAPI(), "out")
+    pick.CreateInput("index", T.Int).Set(1)
+    looks.connect("base_color", tint, "out")
+    looks.connect("specular_roughness", pick, "out")
+    row, textures = looks.row()
+    expected = np.broadcast_to(factor if isinstance(factor, float) else tuple(factor), 3)
+    np.testing.assert_allclose(row["base_color"], 0.5 * expected)
+    assert (row["roughness"], row["roughness_channel"]) == (expected[1], 1)
+    assert textures[row["base_color_texture"]].path.endswith("a.png")
+
+
+def test_products_of_two_images_of_material_x_are_named(tmp_path):
+    looks = material_x("standard_surface")
+    tint = looks.shader("/Looks/M/Tint", "ND_multiply_color3")
+    for name in ("in1", "in2"):
+        image = looks.shader(f"/Looks/M/{name}", "ND_image_color3")
+        image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+        tint.CreateInput(name, T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    looks.connect("base_color", tint, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Tint: MaterialX node 'ND_multiply_color3' is not evaluated"):
+        looks.row()
+
+
+def test_version_1_0_0_of_standard_surface_has_its_own_defaults():
+    looks = material_x("standard_surface")
+    looks.surface.CreateIdAttr("ND_standard_surface_surfaceshader_100")
+    np.testing.assert_allclose(looks.row()[0]["base_color"], 0.8)
+    looks.set("base_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    np.testing.assert_allclose(looks.row()[0]["base_color"], (0.8, 0.4, 0))
+
+
 def test_constant_coordinates_of_a_material_x_image_show_one_texel(tmp_path):
     looks = material_x("standard_surface")
     image = looks.shader("/Looks/M/Image", "ND_image_color3")
