@@ -36,6 +36,33 @@ def test_no_script_line_is_told_where_a_command_opens_a_stage():
     assert outside_line().startswith("test_missing_assets.py:")
 
 
+def test_references_that_were_written_on_windows_open(tmp_path):
+    on_disk(tmp_path, "parts/a.usda")
+    scene = tmp_path / "scene.usda"
+    scene.write_text(
+        '#usda 1.0\ndef "P" ( references = @.\\parts\\a.usda@ ) {}\ndef "Q" ( payload = @parts\\a.usda@ ) {}\n'
+    )
+    stage = Usd.Stage.Open(str(scene))
+    assets.check_missing(stage)
+    assert [stage.GetPrimAtPath(path).GetTypeName() for path in ("/P", "/Q")] == ["Cube", "Cube"]
+
+
+def test_a_file_that_does_not_open_is_named_once_however_many_refer_to_it(tmp_path, recwarn):
+    prims = "".join(f'def "P{k}" ( references = @./gone.usd@ ) {{}}\n' for k in range(3))
+    (tmp_path / "scene.usda").write_text(f"#usda 1.0\n{prims}")
+    assets.check_missing(Usd.Stage.Open(str(tmp_path / "scene.usda")))
+    [told] = [str(each.message) for each in recwarn if "cannot be opened" in str(each.message)]
+    assert told.startswith(f"/P0 and 2 others refer to {tmp_path / 'gone.usd'}, which cannot be opened: ")
+
+
+def test_what_lets_usd_read_material_x_is_told(tmp_path):
+    (tmp_path / "wood.mtlx").write_text('<?xml version="1.0"?>\n<materialx version="1.38"/>\n')
+    scene = tmp_path / "scene.usda"
+    scene.write_text('#usda 1.0\ndef "Looks" ( references = @./wood.mtlx@</MaterialX/Materials> ) {}\n')
+    with pytest.warns(UsdsdgWarning, match=r"/Looks refers to .*wood.mtlx.*, which .* plugin .* usdcat --flatten"):
+        assets.check_missing(Usd.Stage.Open(str(scene)))
+
+
 @pytest.mark.parametrize(
     ("prefix", "url"),
     [

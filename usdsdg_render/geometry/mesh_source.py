@@ -9,12 +9,11 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.tet_meshes import surface_faces
+from usdsdg.stage.geometry.uv_primvars import uv_candidates
 from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.color_spaces import linear_colors
 from usdsdg_render.usd.tokens import token
 
-# Names of texture coordinates in use, tried in this order when the material names none.
-UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
 EMPTY = np.zeros(0, np.int32)
 _SCHEMES = ("catmullClark", "loop", "bilinear", "none")
 _SHARPNESS = ("creaseIndices", "creaseLengths", "creaseSharpnesses", "cornerIndices", "cornerSharpnesses")
@@ -103,7 +102,8 @@ def read_mesh(
     """Read a mesh at `time`; None (with a warning) when it has no points or faces.
 
     Args:
-        uv_name: primvar of the texture coordinates; where "" or missing, UV_NAMES are tried, then any texCoord2f.
+        uv_name: primvar of the texture coordinates; where "" or missing, `uv_candidates` are tried, then any
+            texCoord2f.
         subsets: material subsets.
         colored: material slots that show displayColor and displayOpacity, in place of texture coordinates.
     """
@@ -227,7 +227,7 @@ def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
 
 def read_uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
     """Read the texture coordinates of a mesh, see `read_mesh`; None where there are none."""
-    names = (*_spellings(uv_name), *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
+    names = uv_candidates(uv_name)
     for name in names:
         primvar = _uv_primvar(prim, f"primvars:{name}", time)
         if primvar is not None:
@@ -242,18 +242,10 @@ def read_uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None
     return None
 
 
-def _spellings(uv_name: str) -> tuple[str, ...]:
-    """Return a name with and without an underscore before its number: exporters call the second set st1 or st_1."""
-    stem = uv_name.rstrip("0123456789")
-    number = uv_name[len(stem) :]
-    other = stem[:-1] if stem.endswith("_") else f"{stem}_"
-    return (uv_name, other + number) if number and stem.strip("_") else (uv_name,)
-
-
 def _uv_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Primvar | None:
     """Read texture coordinates of two numbers, or the first two of three."""
     attribute = prim.GetAttribute(name)
-    if not attribute or not str(attribute.GetTypeName()).startswith("texCoord3"):
+    if not attribute or "3" not in str(attribute.GetTypeName()):  # some write them as float3 or vector3f
         return read_primvar(prim, name, time, (2,))
     primvar = read_primvar(prim, name, time, (3,))
     return primvar and primvar._replace(values=np.ascontiguousarray(primvar.values[:, :2]))

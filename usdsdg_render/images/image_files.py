@@ -51,13 +51,19 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     if value.resolvedPath:
         return value.path, value.resolvedPath
     layer = _authoring_layer(attribute)
-    if UDIM in value.path:  # a path without ./ is relative to the layer only where that file exists, so tiles are tried
-        return value.path, UsdShade.UdimUtils.ResolveUdimPath(value.path, layer)
-    anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, value.path) if layer else value.path
+    for path in dict.fromkeys((value.path, assets.with_slashes(value.path))):
+        if file := _located(path, layer):
+            return value.path, file
+    return value.path, ""
+
+
+def _located(path: str, layer: Sdf.Layer | None) -> str:
+    """Return the file of an asset path that USD does not resolve by itself, "" if there is none."""
+    if UDIM in path:  # a path without ./ is relative to the layer only where that file exists, so tiles are tried
+        return UsdShade.UdimUtils.ResolveUdimPath(path, layer)
+    anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, path) if layer else path
     resolved = Ar.GetResolver().Resolve(anchored)
-    if resolved:
-        return value.path, resolved.GetPathString()
-    return value.path, assets.locate_or_none(value.path) or ""
+    return resolved.GetPathString() if resolved else assets.locate_or_none(path) or ""
 
 
 def _authoring_layer(attribute: Usd.Attribute) -> Sdf.Layer | None:

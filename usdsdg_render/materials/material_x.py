@@ -13,7 +13,7 @@ from pxr import UsdShade
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl.inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
-from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
+from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file, warn_without_file
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.usd.authored_values import as_floats
@@ -23,8 +23,9 @@ WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "c
 CHANNELS = {"outr": 0, "outx": 0, "outg": 1, "outy": 1, "outb": 2, "outz": 2, "outa": 3, "outw": 3}
 IMAGES = ("ND_image_", "ND_tiledimage_")
 CHANNEL_NODES = ("ND_extract_", "ND_separate")
+CONSTANTS, PRODUCTS = "ND_constant_", "ND_multiply_"
 # Nodes that pass on what they get, with more or fewer channels.
-PASSING_NODES = ("ND_convert_", "ND_dot_")
+PASSING_NODES = (*CHANNEL_NODES, CONSTANTS, PRODUCTS, "ND_convert_", "ND_dot_")
 FLAT = (0.0,)
 Unread = dict[str, tuple[float, ...]]  # inputs that are not read, with the values that change nothing
 
@@ -82,7 +83,11 @@ OPEN_PBR = Names(
     unread_transmission=Unread(transmission_depth=FLAT, transmission_scatter=BLACK, transmission_dispersion_scale=FLAT),
     unread_coat=Unread(coat_color=WHITE, coat_roughness_anisotropy=FLAT),
 )
-SURFACES = {"ND_standard_surface_surfaceshader": Names(), "ND_open_pbr_surface_surfaceshader": OPEN_PBR}
+SURFACES = {
+    "ND_standard_surface_surfaceshader": Names(),
+    "ND_standard_surface_surfaceshader_100": Names(base=("base", 0.8), base_color=("base_color", WHITE)),
+    "ND_open_pbr_surface_surfaceshader": OPEN_PBR,
+}
 
 
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
@@ -123,15 +128,6 @@ def _warn_of_unread(network: Network, shader: UsdShade.Shader, names: Names, mat
     if material.clearcoat.texture is not None or material.clearcoat.value != FLAT:
         ignored |= names.unread_coat
     warn_where(network, shader, ignored)
-    constant = {names.base[0], names.specular, names.ior, names.transmission, names.subsurface, names.coat_ior[0]}
-    constant |= {names.emission, names.thin, *ignored}
-    for name in network.connected(shader):
-        if name in constant:
-            network.warn(
-                shader,
-                f"a node is connected to inputs:{name}, which may only be a constant here; its default is used. Author "
-                f"a value.",
-            )
 
 
 def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission: float) -> Input:
@@ -162,38 +158,76 @@ def _input(
     network: Network, shader: UsdShade.Shader, name: str, default: tuple[float, ...], *, factor: float = 1.0
 ) -> Input:
     source = network.source(shader, name)
-    constant = tuple(factor * c for c in network.floats(shader, name, default))
     if source.shader is None:
-        return Input(constant)
-    found = _image(network, source, color=len(default) > 1)
-    if found is None:
-        return Input(constant)
-    return Input((factor,) * len(default), *found, constant)
+        return Input(tuple(factor * c for c in network.floats(shader, name, default)))
+    end = _passed(network, source)
+    factors = tuple(factor * f for f in end.factors[: len(default)])
+    if end.node is None:
+        return Input(tuple(f * c for f, c in zip(factors, _constant(network, end, len(default)))))
+    found = _image(network, end.node, end.channel, color=len(default) > 1)
+    constant = _without_file(network, end.node, end.channel, len(default))
+    if constant is None:
+        constant = tuple(factor * c for c in default)
+    else:
+        constant = tuple(f * c for f, c in zip(factors, constant))
+    return Input(constant) if found is None else Input(factors, *found, constant)
 
 
-def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse, int] | None:
-    """The connected image and its channel; the connection may pass nodes that extract a channel or add some."""
-    node = source.shader
-    channel = -1
-    passed = set()
-    while (
-        node is not None
-        and node.GetPath() not in passed
-        and shader_id(node).startswith((*CHANNEL_NODES, *PASSING_NODES))
-    ):
+class _End(NamedTuple):
+    """Where nodes lead that pass on what they get: to another node, or to the input of the last one of them."""
+
+    node: UsdShade.Shader | None
+    channel: int  # that one of them extracts; -1 for all
+    last: UsdShade.Shader
+    name: str
+    factors: tuple[float, ...] = WHITE  # of red, green and blue, or of a number
+
+
+def _passed(network: Network, source: Source) -> _End:
+    """Follow a connection through nodes that extract a channel, add some, hold a constant, or multiply by one."""
+    node, channel, passed, factors = source.shader, -1, set(), WHITE
+    last, name = node, "in"
+    while node is not None and node.GetPath() not in passed and shader_id(node).startswith(PASSING_NODES):
         passed.add(node.GetPath())
+        following = "value" if shader_id(node).startswith(CONSTANTS) else "in"
         if shader_id(node).startswith(CHANNEL_NODES):
             channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
-        source = network.source(node, "in")
+        elif shader_id(node).startswith(PRODUCTS):
+            computed = [each for each in ("in1", "in2") if network.source(node, each).shader is not None]
+            if len(computed) != 1 or channel > 2:  # colors have three channels
+                break
+            [following] = computed
+            by = network.floats(node, "in2", WHITE) if following == "in1" else network.floats(node, "in1", BLACK)
+            factors = tuple(f * b for f, b in zip(factors, by if channel < 0 else (by[channel],) * 3))
+        last, name = node, following
+        source = network.source(node, name)
         node = source.shader
-    if node is None:
+    return _End(node, channel, last, name, factors)
+
+
+def _constant(network: Network, end: _End, count: int) -> tuple[float, ...]:
+    """Return the constant at the end of nodes, of which an input that is not authored is 0."""
+    if end.channel < 0:
+        return network.floats(end.last, end.name, (0.0,) * count)
+    return network.floats(end.last, end.name, (0.0,) * (end.channel + 1))[-1:] * count
+
+
+def _without_file(network: Network, node: UsdShade.Shader, channel: int, count: int) -> tuple[float, ...] | None:
+    """Return the `default` of an image, which it gives where its file cannot be read; None without one."""
+    if not shader_id(node).startswith(IMAGES) or network.value(node, "default") is None:
         return None
+    return _constant(network, _End(node, channel, node, "default"), count)
+
+
+def _image(network: Network, node: UsdShade.Shader, channel: int, *, color: bool) -> tuple[TextureUse, int] | None:
+    """Return the image of a node and its channel; -1 stands for the first one of a number, and all of a color."""
     kind = shader_id(node)
     if not kind.startswith(IMAGES):
         network.warn(node, f"MaterialX node '{kind}' is not evaluated; what it feeds has its default. Bake an image.")
         return None
     file = texture_file(network, node, "file")
     if not file:
+        warn_without_file(network, node)
         return None
     attribute = network.source(node, "file").attribute
     space = str(attribute.GetColorSpace() or "") if attribute is not None else ""
@@ -244,11 +278,15 @@ def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
 def _coordinates(network: Network, node: UsdShade.Shader) -> tuple[str, UvTransform]:
     """Return the primvar of an image's texture coordinates, and how `place2d` nodes transform these."""
     placed, passed = IDENTITY_UV, set()
-    reader = network.source(node, "texcoord").shader
+    given = network.source(node, "texcoord")
+    reader = given.shader
     while reader is not None and shader_id(reader) == "ND_place2d_vector2" and reader.GetPath() not in passed:
         passed.add(reader.GetPath())
         placed = placed.after(_place2d(network, reader))
-        reader = network.source(reader, "texcoord").shader
+        node, given = reader, network.source(reader, "texcoord")
+        reader = given.shader
+    if given.attribute is not None:  # one texel for the whole surface
+        return "st", placed.after(UvTransform.at(network.floats(node, "texcoord", (0.0, 0.0))))
     if reader is None:
         return "st", placed
     if shader_id(reader).startswith("ND_geompropvalue_"):
@@ -262,9 +300,6 @@ def _coordinates(network: Network, node: UsdShade.Shader) -> tuple[str, UvTransf
 
 def _place2d(network: Network, node: UsdShade.Shader) -> UvTransform:
     """Read how a node places an image: about its pivot, divided by scale, turned clockwise, minus offset."""
-    for name in network.connected(node):
-        if name != "texcoord":
-            network.warn(node, f"inputs:{name} may only be a constant here; its default is used. Author a value.")
     pivot, offset = (network.floats(node, name, (0.0, 0.0)) for name in ("pivot", "offset"))
     scale = tuple(1.0 / each if each else 1.0 for each in network.floats(node, "scale", (1.0, 1.0)))
     scaled = UvTransform.of(scale, 0.0, (0.0, 0.0))
@@ -293,7 +328,10 @@ def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureU
                 "space.",
             )
         source = network.source(source.shader, "in")
-    found = _image(network, source, color=False)
+    end = None if source.shader is None else _passed(network, source)
+    if end is not None and end.factors != WHITE:
+        network.warn(end.last, "factors of a normal map are ignored. Author the scale of the ND_normalmap.")
+    found = None if end is None or end.node is None else _image(network, end.node, -1, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))
 
 

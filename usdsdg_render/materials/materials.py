@@ -1,6 +1,6 @@
 """Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import PREVIEW_SURFACES, read_preview_surface
 from usdsdg_render.materials.shading import Material
+from usdsdg_render.usd.authored_values import as_floats
 from usdsdg_render.usd.prim_kinds import UNREAD
 
 
@@ -202,6 +203,7 @@ def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> MaterialEntr
     """Read a material; one that equals `before` is that object, by which others know it."""
     network = Network(prim)
     material = _read_surface(network)
+    _warn_of_displacement(network)
     if material == before:
         material = before
     own = prim.GetPath()
@@ -252,9 +254,27 @@ def _read_surface(network: Network) -> Material | None:
     return None
 
 
+def _warn_of_displacement(network: Network) -> None:
+    """Warn of a displacement by a shader of its own; that of a surface shader is for who reads it."""
+    material = UsdShade.Material(network.material)
+    for context in ("", "mdl", "mtlx"):
+        shader = _terminal(material.GetDisplacementOutput, context)
+        surface = _surface(material, context)
+        if shader is None or (surface is not None and surface.GetPath() == shader.GetPath()):
+            continue
+        network.visited.add(shader.GetPath())
+        source = network.source(shader, "displacement")
+        if source.shader is not None or any(as_floats(network.value(shader, "displacement"), 1) or ()):
+            network.warn(shader, "displacement is not supported and is ignored. Bake it into the mesh.")
+
+
 def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | None:
     """The surface shader of exactly this render context ("" is universal)."""
-    output = material.GetSurfaceOutput(context) if context else material.GetSurfaceOutput()
+    return _terminal(material.GetSurfaceOutput, context)
+
+
+def _terminal(output_of: Callable[..., UsdShade.Output], context: str) -> UsdShade.Shader | None:
+    output = output_of(context) if context else output_of()
     if not output:
         return None
     for attribute in output.GetValueProducingAttributes():

@@ -105,12 +105,6 @@ class Network:
             reading.alone, reading.given = make, given
             self._alone[self._field] = reading
 
-    def connected(self, shader: UsdShade.Shader) -> list[str]:
-        """Return the inputs whose value another shader computes."""
-        self._look_up(shader, "")
-        names = self._inputs[shader.GetPath()]
-        return [name for name in names if self._look_up(shader, name)[0].shader is not None]
-
     def warn(self, shader: UsdShade.Shader | Usd.Prim, message: str) -> None:
         prim = shader if isinstance(shader, Usd.Prim) else shader.GetPrim()
         errors.warn_once(f"{prim.GetPath()}: {message}")
@@ -149,9 +143,11 @@ class Network:
             return self._preset_value(path, name)
         attributes = shader_input.GetValueProducingAttributes()
         if not attributes:
-            self._warn_of_dangling(shader, shader_input)
+            self._warn_of_dangling(shader_input.GetAttr(), "the default is used")
             return NOTHING
         attribute = attributes[0]
+        if attribute.HasAuthoredConnections():
+            self._warn_of_dangling(attribute, "the value authored beside it is used")
         prim = attribute.GetPrim()
         self.visited.add(prim.GetPath())
         base_name = attribute.GetName()
@@ -159,13 +155,14 @@ class Network:
             return Source(None, UsdShade.Shader(prim), base_name[len("outputs:") :])
         return Source(attribute, None, "")
 
-    def _warn_of_dangling(self, shader: UsdShade.Shader, shader_input: UsdShade.Input) -> None:
-        connections = shader_input.GetAttr().GetConnections()
+    def _warn_of_dangling(self, attribute: Usd.Attribute, used: str) -> None:
+        """Warn of a connection to nothing, in whose place something else is used."""
+        connections = attribute.GetConnections()
         if connections and not self._is_left_open(connections[0]):
             self.warn(
-                shader,
-                f"{shader_input.GetFullName()} is connected to {connections[0]}, which gives no value; the default is "
-                f"used. Connect it to an output that exists, or author a value.",
+                attribute.GetPrim(),
+                f"{attribute.GetName()} is connected to {connections[0]}, which gives no value; {used}. Connect it to "
+                "an output that exists, or author a value.",
             )
 
     def _is_left_open(self, path: Sdf.Path) -> bool:
@@ -180,9 +177,24 @@ class Network:
         return Source(attribute, None, "") if attribute else NOTHING
 
     def value(self, shader: UsdShade.Shader, name: str) -> Any:
-        """Return the constant value of an input; None where there is none or a shader computes it."""
-        reading = self._noted(shader, name)[1]
+        """Return the constant value of an input; None where there is none, or (with a warning) a shader computes it."""
+        source, reading, _ = self._noted(shader, name)
+        self._warn_of_computed(shader, name, source)
         return None if reading is None else reading.value
+
+    def constant(self, shader: UsdShade.Shader, name: str) -> Usd.Attribute | None:
+        """Return the attribute with the constant value of an input; None where `value` is."""
+        source = self.source(shader, name)
+        self._warn_of_computed(shader, name, source)
+        return source.attribute
+
+    def _warn_of_computed(self, shader: UsdShade.Shader, name: str, source: Source) -> None:
+        if source.shader is not None:
+            self.warn(
+                shader,
+                f"inputs:{name} is connected to {source.shader.GetPath()}, but is read as a constant; the default is "
+                "used. Author a value.",
+            )
 
     def floats(self, shader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return the constant value as as many floats as the default has, or the default."""

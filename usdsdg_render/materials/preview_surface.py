@@ -9,7 +9,7 @@ from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
 from usdsdg_render.materials.display_color import DEFAULT_COLOR
-from usdsdg_render.materials.network import Network, Source, shader_id
+from usdsdg_render.materials.network import NOTHING, Network, Source, shader_id
 from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
@@ -23,7 +23,17 @@ COLOR_SPACES = {
     **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
     **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
 }
-# The second is MaterialX's node of the same inputs.
+# MaterialX has the nodes of UsdPreviewSurface's specification, too, with the same inputs.
+_MATERIAL_X_NODES = {
+    "ND_UsdUVTexture": "UsdUVTexture",
+    "ND_UsdUVTexture_22": "UsdUVTexture",
+    "ND_UsdUVTexture_23": "UsdUVTexture",
+    "ND_UsdTransform2d": "UsdTransform2d",
+    "ND_UsdPrimvarReader_float": "UsdPrimvarReader_float",
+    "ND_UsdPrimvarReader_vector2": "UsdPrimvarReader_float2",
+    "ND_UsdPrimvarReader_vector3": "UsdPrimvarReader_float3",
+    "ND_UsdPrimvarReader_vector4": "UsdPrimvarReader_float4",
+}
 PREVIEW_SURFACES = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
@@ -82,7 +92,6 @@ def as_pane(material: Material) -> Material:
 
 
 def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
-    _warn_of_connected(network, surface)
     displacement = network.source(surface, "displacement")
     if displacement.shader is not None or network.number(surface, "displacement", 0.0) != 0.0:
         network.warn(surface, "displacement is not supported and is ignored. Bake it into the mesh.")
@@ -90,16 +99,10 @@ def _warn_of_ignored(network: Network, surface: UsdShade.Shader) -> None:
         network.warn(surface, "a constant normal is ignored. Author the normals of the mesh or connect a texture.")
 
 
-def _warn_of_connected(network: Network, surface: UsdShade.Shader) -> None:
-    """Warn of inputs that are one number for the whole material where a shader computes them."""
-    for name in ("useSpecularWorkflow", "opacityMode", "opacityThreshold", "ior"):
-        source = network.source(surface, name)
-        if source.shader is not None:
-            network.warn(
-                surface,
-                f"inputs:{name} is connected to {source.shader.GetPath()}, but is read as a constant; the default is "
-                f"used. Author a value.",
-            )
+def _kind(shader: UsdShade.Shader) -> str:
+    """Return the id of a shader; of MaterialX's nodes that of the node of UsdPreviewSurface's specification."""
+    name = shader_id(shader)
+    return _MATERIAL_X_NODES.get(name, name)
 
 
 def reflectance(ior: float) -> float:
@@ -114,7 +117,7 @@ def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple
         return Input(network.as_floats(surface, name, current_color(source.attribute), default))
     if source.shader is None:
         return Input(default)
-    kind = shader_id(source.shader)
+    kind = _kind(source.shader)
     if kind == "UsdUVTexture":
         return _textured(network, source, default)
     if kind.startswith("UsdPrimvarReader_float"):
@@ -163,9 +166,7 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
     file = texture_file(network, texture, "file")
     transform = _coordinates(network, texture)
     if not file:
-        attribute = network.source(texture, "file").attribute
-        if attribute is None or image_files.asset_file(attribute) == ("", ""):
-            network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
+        warn_without_file(network, texture)
         return None
     return TextureUse(
         file=file,
@@ -178,9 +179,16 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
     )
 
 
+def warn_without_file(network: Network, texture: UsdShade.Shader) -> None:
+    """Warn of a texture whose `file` is missing or empty."""
+    source = network.source(texture, "file")
+    if source == NOTHING or (source.attribute and image_files.asset_file(source.attribute) == ("", "")):
+        network.warn(texture, "it names no file; the fallback is used. Author inputs:file.")
+
+
 def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
     """Return the resolved file of an asset-valued input; "" if there is none (with a warning if one is authored)."""
-    attribute = network.source(shader, name).attribute
+    attribute = network.constant(shader, name)
     if attribute is None:
         return ""
     authored, file = image_files.asset_file(attribute)
@@ -211,6 +219,7 @@ def _color_space(network: Network, texture: UsdShade.Shader, *, color: bool) -> 
 
 def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
     value = str(network.value(texture, name) or "useMetadata")
+    value = "repeat" if value == "periodic" else value  # MaterialX's word
     if value not in WRAPS and value != "useMetadata":
         network.warn(texture, f"inputs:{name} {value!r} is none of {', '.join(WRAPS)}; repeat is used. Correct it.")
     return WRAPS.get(value, WRAP_REPEAT)
@@ -219,9 +228,10 @@ def _wrap(network: Network, texture: UsdShade.Shader, name: str) -> int:
 def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
     """Read the texture's UV transform and note its primvar, of which a material has one."""
     transform = UvTransform()
-    reader = network.source(texture, "st").shader
+    at, name, given = texture, "st", network.source(texture, "st")
+    reader = given.shader
     passed = set()
-    while reader is not None and shader_id(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
+    while reader is not None and _kind(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
         passed.add(reader.GetPath())
         own = UvTransform.of(
             network.floats(reader, "scale", (1.0, 1.0)),
@@ -229,9 +239,12 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
             network.floats(reader, "translation", (0.0, 0.0)),
         )
         transform = transform.after(own)
-        reader = network.source(reader, "in").shader
+        at, name, given = reader, "in", network.source(reader, "in")
+        reader = given.shader
+    if given.attribute is not None:  # one texel for the whole surface
+        return transform.after(UvTransform.at(network.floats(at, name, (0.0, 0.0))))
     primvar = "st"
-    if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
+    if reader is not None and _kind(reader) == "UsdPrimvarReader_float2":
         primvar = str(network.value(reader, "varname") or "st")
     elif reader is not None:
         network.warn(
@@ -252,9 +265,11 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
-    if shader_id(source.shader) != "UsdUVTexture":
+    if _kind(source.shader) != "UsdUVTexture":
         network.warn(
-            source.shader, f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored."
+            source.shader,
+            f"shader '{shader_id(source.shader)}' as a normal map is not supported and is ignored. Connect a "
+            f"UsdUVTexture.",
         )
         return None
     use = texture_use(network, source.shader, color=False)

@@ -106,14 +106,17 @@ def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(wanted.primvar)
     if not primvar:
         _warn_of_points(prim, wanted)
-    value = primvar.ComputeFlattened(time) if primvar else None
-    width = len(wanted.fallback)
-    try:
-        array = np.atleast_1d(np.asarray(value, np.float64))
-        array = array.reshape(-1, width if array.size % width == 0 else 1)
-    except (TypeError, ValueError):
+    authored = primvar.Get(time) if primvar else None
+    if authored is None or np.size(authored) == 0:
         return wanted.fallback
-    if not array.size or not np.isfinite(array).all():
+    width = len(wanted.fallback)
+    array = _rows(primvar.ComputeFlattened(time), width, is_array=primvar.GetTypeName().isArray)
+    if array is None or not np.isfinite(array).all():
+        expected = "numbers" if width == 1 else f"rows of {width} numbers"
+        errors.warn_once(
+            f"{prim.GetPath()}: primvars:{wanted.primvar} does not hold {expected}, so {wanted.field} of its material "
+            f"is the fallback {wanted.fallback}. Correct its type, values and indices."
+        )
         return wanted.fallback
     if array.shape[1] == 3 and primvar.GetAttr().GetRoleName() == "Color":
         array = linear_colors(primvar.GetAttr(), array)
@@ -123,6 +126,19 @@ def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[
             f"mean is used. Only displayColor as diffuseColor may vary."
         )
     return tuple(np.broadcast_to(array.mean(axis=0), width).tolist())
+
+
+def _rows(value: Any, width: int, *, is_array: bool) -> np.ndarray | None:
+    """Return the values of a primvar as rows of `width`, or of one number each; None for those of other types."""
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "biuf":
+        return None
+    columns = numbers.shape[1:] if is_array else numbers.shape
+    if not columns:
+        return numbers.astype(np.float64).reshape(-1, 1)
+    if len(columns) != 1 or not 1 < width <= columns[0]:
+        return None
+    return numbers.astype(np.float64).reshape(-1, columns[0])[:, :width]
 
 
 def _warn_of_points(prim: Usd.Prim, wanted: PrimvarInput) -> None:

@@ -76,6 +76,11 @@ class UvTransform(NamedTuple):
         cos, sin = math.cos(rotation), math.sin(rotation)
         return cls((cos * scale[0], -sin * scale[1], translation[0]), (sin * scale[0], cos * scale[1], translation[1]))
 
+    @classmethod
+    def at(cls, place: Sequence[float]) -> UvTransform:
+        """Create one that takes all coordinates to the same ones."""
+        return cls((0.0, 0.0, place[0]), (0.0, 0.0, place[1]))
+
     def after(self, first: UvTransform) -> UvTransform:
         """Return the transform that applies `first`, then this one."""
         rows = []

@@ -12,10 +12,10 @@ from pxr import Sdf, Usd
 from usdsdg.errors import Unsupported
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes, is_below
+from usdsdg.stage.geometry.uv_primvars import UV_NAMES
 from usdsdg.stage.prims.handles import Handles
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
-from usdsdg_render.geometry.mesh_source import UV_NAMES
 from usdsdg_render.geometry.prim_surface import PrimSurface
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress

@@ -1,29 +1,32 @@
 """Expand a UsdGeomPointInstancer to the gprims that it draws, with their matrices."""
 
-from collections.abc import Iterator, Set
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence, Set
+from typing import Any, NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
 from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg.stage.geometry.point_names import PrototypeUse, names_of_points, prototypes_of
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.prim_kinds import is_invisible, is_material_subset, kind_of, purpose_of, warn_unsupported
 from usdsdg_render.usd.transforms import local_matrix, matrix_product
 
 # Arrays that have one value for each point, or none.
 PER_POINT = ("positions", "scales", "orientations", "orientationsf")
-# Shape of one value of each array.
-ROW_SHAPES = {
-    "protoIndices": (),
-    "positions": (3,),
-    "scales": (3,),
-    "orientations": (4,),
-    "orientationsf": (4,),
+# USD reads arrays of these types only, and takes others for none.
+ARRAY_TYPES: dict[str, tuple[type, str]] = {
+    "protoIndices": (Vt.IntArray, "int[]"),
+    "positions": (Vt.Vec3fArray, "point3f[]"),
+    "scales": (Vt.Vec3fArray, "float3[]"),
+    "orientations": (Vt.QuathArray, "quath[]"),
+    "orientationsf": (Vt.QuatfArray, "quatf[]"),
+    "velocities": (Vt.Vec3fArray, "vector3f[]"),
+    "accelerations": (Vt.Vec3fArray, "vector3f[]"),
+    "angularVelocities": (Vt.Vec3fArray, "vector3f[]"),
+    "invisibleIds": (Vt.Int64Array, "int64[]"),
 }
 
 # Prims of prototypes may be classes or overs, so that they are drawn through point instancers only.
@@ -70,8 +73,7 @@ def expand(
         outer: the instancers that have this one among their prototypes.
     """
     schema = UsdGeom.PointInstancer(instancer)
-    indices = _per_point(instancer, "protoIndices", time)
-    indices = np.zeros(0, np.int32) if indices is None else indices
+    indices = np.array(_array(instancer, "protoIndices", time) or (), np.int32)
     if not _has_equal_lengths(schema, time, len(indices)):
         return PointInstances([], np.zeros(0, np.int64), [], [], np.zeros((0, 4, 4)))
     _warn_of_point_colors(instancer)
@@ -112,8 +114,8 @@ def expand(
 
 def _has_equal_lengths(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
     """Whether every array has one value for each point: USD makes up transforms where arrays are too short."""
-    arrays = {name: _per_point(schema.GetPrim(), name, time) for name in PER_POINT}
-    lengths = {name: len(values) for name, values in arrays.items() if values is not None and len(values)}
+    arrays = {name: _array(schema.GetPrim(), name, time) for name in ARRAY_TYPES}
+    lengths = {name: len(values) for name in PER_POINT if (values := arrays[name]) is not None and len(values)}
     wrong = [f"{name} has {length}" for name, length in lengths.items() if length != count]
     if "positions" not in lengths and count:
         wrong.insert(0, "positions has 0")
@@ -125,9 +127,17 @@ def _has_equal_lengths(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count
     return not wrong
 
 
-def _per_point(instancer: Usd.Prim, name: str, time: Usd.TimeCode) -> np.ndarray | None:
+def _array(instancer: Usd.Prim, name: str, time: Usd.TimeCode) -> Sequence[Any] | None:
+    """Return the value of an array; None where there is none, or (with a warning) one of a type that USD ignores."""
     attribute = instancer.GetAttribute(name)
-    return as_array(attribute, attribute.Get(time), ROW_SHAPES[name])
+    value, (kind, declared) = attribute.Get(time) if attribute else None, ARRAY_TYPES[name]
+    if value is None or isinstance(value, kind):
+        return value
+    errors.warn_once(
+        f"{instancer.GetPath()}: {name} has values of the type {type(value).__name__}, which USD does not read there, "
+        f"so they are ignored. Author them as {declared}."
+    )
+    return None
 
 
 def _warn_of_point_colors(instancer: Usd.Prim) -> None:

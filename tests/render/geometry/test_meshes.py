@@ -236,9 +236,10 @@ def test_uvs_of_an_ancestor_are_inherited_where_they_are_constant():
     assert (prototype_of(mesh).uvs == 0.5).all(), "the mesh's own set wins"
 
 
-def test_uvs_of_three_numbers_are_read():
+@pytest.mark.parametrize("kind", ["TexCoord3fArray", "Float3Array", "Vector3fArray", "Double3Array"])
+def test_uvs_of_three_numbers_are_read(kind):
     _, mesh = make_mesh(SQUARE, [4], range(4))
-    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord3fArray, "vertex")
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", getattr(Sdf.ValueTypeNames, kind), "vertex")
     st.Set([Gf.Vec3f(u, v, 9) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1))])
     assert {tuple(uv) for uv in prototype_of(mesh).uvs.reshape(-1, 2).tolist()} == {(0, 0), (1, 0), (1, 1), (0, 1)}
 

@@ -1,5 +1,6 @@
 """UsdShade networks to material rows: every input that is read, bindings, fallbacks, what is named."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -368,11 +369,50 @@ def test_material_x_has_a_node_of_the_preview_surface():
     assert looks.row()[0] == row
 
 
+def test_material_x_has_the_nodes_of_the_preview_surface(tmp_path, recwarn):
+    looks = Looks("ND_UsdPreviewSurface_surfaceshader")
+    texture = looks.texture(save(tmp_path / "a.png", (10, 20, 30)), wrapS="periodic", wrapT="mirror")
+    texture.CreateIdAttr("ND_UsdUVTexture_23")
+    texture.GetInput("file").GetAttr().SetColorSpace("srgb_texture")
+    reader = looks.shader("/Looks/M/Reader", "ND_UsdPrimvarReader_vector2")
+    reader.CreateInput("varname", T.String).Set("UVMap")
+    transform = looks.shader("/Looks/M/Transform", "ND_UsdTransform2d")
+    transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+    transform.CreateInput("in", T.Float2).ConnectToSource(reader.ConnectableAPI(), "out")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "out")
+    rough = looks.shader("/Looks/M/Rough", "ND_UsdPrimvarReader_float")
+    rough.CreateInput("varname", T.String).Set("rough")
+    looks.connect("diffuseColor", texture)
+    looks.connect("normal", texture)
+    looks.connect("roughness", rough, "out")
+    row, textures = looks.row()
+    color = textures[row["base_color_texture"]]
+    assert (color.srgb, color.wrap_s, color.wrap_t) == (True, scene.WRAP_REPEAT, scene.WRAP_MIRROR)
+    assert (color.transform.u_row[0], color.transform.v_row[1]) == (2, 3)
+    assert row["normal_texture"] >= 0
+    material = looks.read()
+    assert (material.uv_primvar, [each.primvar for each in material.primvar_inputs]) == ("UVMap", ["rough"])
+    assert not recwarn.list
+
+
 def test_a_surface_without_an_id_is_named():
     looks = Looks()
     looks.surface.GetPrim().RemoveProperty("info:id")
     with pytest.warns(UserWarning, match="/Looks/M: /Looks/M/Surface has no info:id; the displayColor"):
         assert looks.read() is None
+
+
+@pytest.mark.parametrize("name", [r".\maps\a.png", r"maps\a.png", r".\maps\u.<UDIM>.png"])
+def test_paths_that_were_written_on_windows_are_read(name, tmp_path):
+    (tmp_path / "maps").mkdir()
+    save(tmp_path / "maps" / "a.png", (1, 2, 3))
+    save(tmp_path / "maps" / "u.1001.png", (1, 2, 3))
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
+    prim = Sdf.CreatePrimInLayer(layer, "/T")
+    Sdf.AttributeSpec(prim, "inputs:file", T.Asset).default = Sdf.AssetPath(name)
+    stage = Usd.Stage.Open(layer)
+    found = asset_file(stage.GetAttributeAtPath("/T.inputs:file"))
+    assert found == (name, str(tmp_path / "maps" / name.replace("\\", "/").split("/")[-1]))
 
 
 @pytest.mark.parametrize("path", ["maps/a.<UDIM>.png", "./maps/a.<UDIM>.png"])
@@ -464,6 +504,57 @@ def test_primvars_of_the_gprim_are_inputs():
     np.testing.assert_allclose(row["base_color"], (0.9, 0.8, 0.7), rtol=1e-6)
 
 
+def read_tint(kind, value, *, interpolation="constant", reader="float3", width=3):
+    """The base color of a ball whose material reads it from its primvar `tint`, 0.25 in its place."""
+    looks = Looks()
+    shader = looks.shader("/Looks/M/Reader", f"UsdPrimvarReader_{reader}")
+    shader.CreateInput("varname", T.String).Set("tint")
+    shader.CreateInput("fallback", T.Float3 if width == 3 else T.Float).Set(Gf.Vec3f(0.25) if width == 3 else 0.25)
+    name = "diffuseColor" if width == 3 else "roughness"
+    looks.surface.CreateInput(name, T.Color3f).ConnectToSource(shader.ConnectableAPI(), "result")
+    ball = UsdGeom.Sphere.Define(looks.stage, "/Ball").GetPrim()
+    UsdGeom.PrimvarsAPI(ball).CreatePrimvar("tint", kind, interpolation).Set(value)
+    UsdShade.MaterialBindingAPI.Apply(ball).Bind(looks.material)
+    extractor = SceneExtractor(looks.stage)
+    extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    return row["base_color" if width == 3 else "roughness"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [
+        (T.Float4Array, [Gf.Vec4f(0.5, 0.125, 0.75, 1)]),
+        (T.Color4f, Gf.Vec4f(0.5, 0.125, 0.75, 1)),
+        (T.Vector3dArray, [Gf.Vec3d(0.5, 0.125, 0.75)]),
+    ],
+)
+def test_colors_of_primvars_are_the_first_three_numbers(kind, value, recwarn):
+    np.testing.assert_allclose(read_tint(kind, value, reader="float4"), (0.5, 0.125, 0.75))
+    assert not recwarn.list
+
+
+def test_colors_of_four_numbers_are_averaged_as_colors():
+    values = [Gf.Vec4f(1, 0, 0, 1), Gf.Vec4f(0, 1, 0, 1), Gf.Vec4f(0, 0, 1, 1)]
+    with pytest.warns(UserWarning, match="/Ball: primvars:tint varies over the gprim"):
+        np.testing.assert_allclose(read_tint(T.Float4Array, values, interpolation="vertex"), 1 / 3, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "width"),
+    [
+        (T.String, "red", 3),
+        (T.Float2Array, [Gf.Vec2f(1, 1)], 3),
+        (T.Color3f, Gf.Vec3f(1, math.nan, 1), 3),
+        (T.Color3fArray, [Gf.Vec3f(1, 1, 1)], 1),
+        (T.FloatArray, [math.inf], 1),
+    ],
+)
+def test_primvars_that_do_not_fit_are_named_and_the_fallback_counts(kind, value, width):
+    with pytest.warns(UserWarning, match="/Ball: primvars:tint does not hold .* Correct its type"):
+        np.testing.assert_allclose(read_tint(kind, value, width=width, reader="float"), 0.25)
+
+
 def test_unknown_nodes_are_named_and_the_default_counts():
     looks = Looks()
     noise = looks.shader("/Looks/M/Noise", "PxrFractal")
@@ -480,6 +571,60 @@ def test_connected_inputs_that_are_read_as_constants_are_named(name):
         looks.row()
 
 
+@pytest.mark.parametrize("name", ["file", "scale", "bias", "fallback", "wrapS", "sourceColorSpace"])
+def test_connected_inputs_of_a_texture_are_named_once(name, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_string")
+    texture.CreateInput(name, T.Token).ConnectToSource(reader.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match="Author a value") as told:
+        looks.row()
+    assert [str(each.message).split(";")[0] for each in told] == [
+        f"/Looks/M/Tex: inputs:{name} is connected to /Looks/M/Reader, but is read as a constant"
+    ]
+
+
+@pytest.mark.parametrize("name", ["scale", "rotation", "translation"])
+def test_connected_inputs_of_a_transform_are_named(name, tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    transform = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+    reader = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float2")
+    for each in ("in", name):
+        transform.CreateInput(each, T.Float2).ConnectToSource(reader.ConnectableAPI(), "result")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match=f"/Looks/M/Transform: inputs:{name} is connected to /Looks/M/Reader"):
+        looks.row()
+
+
+def test_a_connected_factor_of_gltf_is_named():
+    looks = Mdl("gltf_material")
+    looks.connect("base_color_factor", looks.shader("/Looks/M/Data", "data_lookup_color"), "out")
+    with pytest.warns(UserWarning, match="inputs:base_color_factor is connected to /Looks/M/Data"):
+        looks.row()
+
+
+@pytest.mark.parametrize("has_transform", [False, True])
+def test_constant_coordinates_show_one_texel(has_transform, tmp_path):
+    looks = Looks()
+    given = texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    place = np.array([0.25, 0.75, 1.0])
+    if has_transform:
+        given = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+        given.CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, 3))
+        given.CreateInput("translation", T.Float2).Set(Gf.Vec2f(0.5, 0.25))
+        texture.CreateInput("st", T.Float2).ConnectToSource(given.ConnectableAPI(), "result")
+    given.CreateInput("in" if has_transform else "st", T.Float2).Set(Gf.Vec2f(*place[:2]))
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    transform = np.array(textures[row["base_color_texture"]].transform)
+    expected = np.array([2, 3]) * place[:2] + (0.5, 0.25) if has_transform else place[:2]
+    for uv in ((0, 0, 1), (0.3, 0.9, 1)):  # of the surface
+        np.testing.assert_allclose(transform @ uv, expected)
+
+
 @pytest.mark.parametrize("target", ["/Looks/Gone.outputs:rgb", "/Looks/M/Tex.outputs:rgb", "/Looks/M/Loop.outputs:a"])
 def test_connections_to_nothing_are_named_and_the_default_counts(target):
     looks = Looks()
@@ -493,6 +638,21 @@ def test_connections_to_nothing_are_named_and_the_default_counts(target):
         UserWarning, match=f"/Looks/M/Surface: inputs:diffuseColor is connected to {target}, which gives no"
     ):
         np.testing.assert_allclose(looks.row()[0]["base_color"], 0.18)
+
+
+@pytest.mark.parametrize("through_interface", [False, True])
+def test_a_value_beside_a_connection_to_nothing_counts_and_is_named(through_interface):
+    looks = Looks()
+    given = looks.surface.CreateInput("diffuseColor", T.Color3f)
+    if through_interface:
+        offered = looks.material.CreateInput("paint", T.Color3f)
+        given.ConnectToSource(offered)
+        given = offered
+    given.Set(Gf.Vec3f(0.5, 0.25, 0.125))
+    given.GetAttr().SetConnections(["/Looks/Gone.outputs:rgb"])
+    path = str(given.GetAttr().GetPrimPath())
+    with pytest.warns(UserWarning, match=f"{path}: {given.GetFullName()} is .* the value authored beside it is used"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], (0.5, 0.25, 0.125))
 
 
 @pytest.mark.parametrize("file", [None, ""])
@@ -1090,8 +1250,124 @@ def test_place2d_that_is_computed_is_named(tmp_path):
     image.CreateInput("texcoord", T.Float2).ConnectToSource(place.ConnectableAPI(), "out")
     wave = looks.shader("/Looks/M/Wave", "ND_sin_float")
     place.CreateInput("rotate", T.Float).ConnectToSource(wave.ConnectableAPI(), "out")
-    with pytest.warns(UserWarning, match="/Looks/M/Place: inputs:rotate may only be a constant"):
+    with pytest.warns(UserWarning, match="/Looks/M/Place: inputs:rotate is connected to /Looks/M/Wave, but"):
         looks.row()
+
+
+@pytest.mark.parametrize("file", [None, "gone.png"])
+@pytest.mark.parametrize("default", [None, Gf.Vec3f(0.5, 0.25, 0.125)])
+def test_a_material_x_image_without_a_file_is_named_and_its_default_counts(file, default):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 1.0)
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    if file is not None:
+        image.CreateInput("file", T.Asset).Set(file)
+    if default is not None:
+        image.CreateInput("default", T.Color3f).Set(default)
+    looks.connect("base_color", image, "out")
+    said = "it names no file" if file is None else "inputs:file names gone.png, which does not exist"
+    with pytest.warns(UserWarning, match=f"/Looks/M/Image: {said}; the fallback is used"):
+        np.testing.assert_allclose(looks.row()[0]["base_color"], (0.8, 0.8, 0.8) if default is None else default)
+
+
+@pytest.mark.parametrize("image_first", [False, True])
+@pytest.mark.parametrize("factor", [0.5, Gf.Vec3f(0.5, 0.25, 0.125)])
+def test_images_of_material_x_are_multiplied_by_constants(image_first, factor, tmp_path):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 0.5)
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    tint = looks.shader(
+        "/Looks/M/Tint", "ND_multiply_color3" if isinstance(factor, Gf.Vec3f) else "ND_multiply_color3FA"
+    )
+    names = ("in1", "in2") if image_first else ("in2", "in1")
+    tint.CreateInput(names[0], T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    tint.CreateInput(names[1], T.Color3f if isinstance(factor, Gf.Vec3f) else T.Float).Set(factor)
+    pick = looks.shader("/Looks/M/Pick", "ND_extract_color3")
+    pick.CreateInput("in", T.Color3f).ConnectToSource(tint.ConnectableAPI(), "out")
+    pick.CreateInput("index", T.Int).Set(1)
+    looks.connect("base_color", tint, "out")
+    looks.connect("specular_roughness", pick, "out")
+    row, textures = looks.row()
+    expected = np.broadcast_to(factor if isinstance(factor, float) else tuple(factor), 3)
+    np.testing.assert_allclose(row["base_color"], 0.5 * expected)
+    assert (row["roughness"], row["roughness_channel"]) == (expected[1], 1)
+    assert textures[row["base_color_texture"]].path.endswith("a.png")
+
+
+def test_products_of_two_images_of_material_x_are_named(tmp_path):
+    looks = material_x("standard_surface")
+    tint = looks.shader("/Looks/M/Tint", "ND_multiply_color3")
+    for name in ("in1", "in2"):
+        image = looks.shader(f"/Looks/M/{name}", "ND_image_color3")
+        image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+        tint.CreateInput(name, T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    looks.connect("base_color", tint, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Tint: MaterialX node 'ND_multiply_color3' is not evaluated"):
+        looks.row()
+
+
+def test_version_1_0_0_of_standard_surface_has_its_own_defaults():
+    looks = material_x("standard_surface")
+    looks.surface.CreateIdAttr("ND_standard_surface_surfaceshader_100")
+    np.testing.assert_allclose(looks.row()[0]["base_color"], 0.8)
+    looks.set("base_color", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    np.testing.assert_allclose(looks.row()[0]["base_color"], (0.8, 0.4, 0))
+
+
+def test_constant_coordinates_of_a_material_x_image_show_one_texel(tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    image.CreateInput("texcoord", T.Float2).Set(Gf.Vec2f(0.25, 0.75))
+    looks.connect("base_color", image, "out")
+    row, textures = looks.row()
+    np.testing.assert_allclose(textures[row["base_color_texture"]].transform, [[0, 0, 0.25], [0, 0, 0.75]])
+
+
+@pytest.mark.parametrize(
+    ("name", "nodes", "value", "expected"),
+    [
+        ("base_color", ["ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+        ("base_color", ["ND_dot_color3", "ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), (0.1, 0.2, 0.3)),
+        ("base_color", ["ND_convert_float_color3"], 0.25, (0.25,) * 3),
+        ("base_color", ["ND_constant_color3"], None, (0.0,) * 3),  # MaterialX's default
+        ("specular_roughness", ["ND_constant_float"], 0.75, 0.75),
+        ("specular_roughness", ["ND_extract_color3", "ND_constant_color3"], Gf.Vec3f(0.1, 0.2, 0.3), 0.2),
+    ],
+)
+def test_constants_behind_nodes_of_material_x_are_read(name, nodes, value, expected):
+    looks = material_x("standard_surface")
+    looks.set("base", T.Float, 1.0)
+    shaders = [looks.shader(f"/Looks/M/Node{k}", kind) for k, kind in enumerate(nodes)]
+    looks.connect(name, shaders[0], "out")
+    for first, after in itertools.pairwise(shaders):
+        first.CreateInput("in", T.Color3f).ConnectToSource(after.ConnectableAPI(), "out")
+    if "extract" in nodes[0]:
+        shaders[0].CreateInput("index", T.Int).Set(1)
+    if value is not None:
+        end = shaders[-1].CreateInput(
+            "value" if "constant" in nodes[-1] else "in", T.Float if isinstance(value, float) else T.Color3f
+        )
+        end.Set(value)
+    row, _ = looks.row()
+    np.testing.assert_allclose(row["base_color" if name == "base_color" else "roughness"], expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3, "image"])
+def test_a_displacement_of_its_own_is_named_where_it_moves_anything(height, recwarn):
+    looks = material_x("standard_surface")
+    node = looks.shader("/Looks/M/Height", "ND_displacement_float")
+    looks.material.CreateDisplacementOutput("mtlx").ConnectToSource(node.ConnectableAPI(), "out")
+    value = node.CreateInput("displacement", T.Float)
+    if height == "image":
+        value.ConnectToSource(looks.shader("/Looks/M/Image", "ND_image_float").ConnectableAPI(), "out")
+    else:
+        value.Set(height)
+    looks.row()
+    told = [str(each.message) for each in recwarn]
+    expected = "/Looks/M/Height: displacement is not supported and is ignored. Bake it into the mesh."
+    assert told == ([expected] if height else [])
 
 
 def test_normal_maps_of_object_space_are_named(tmp_path):
@@ -1217,7 +1493,7 @@ def test_images_where_material_x_may_only_have_numbers_are_named(name, tmp_path)
     image = looks.shader("/Looks/M/Image", "ND_image_float")
     image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
     looks.connect(name, image, "out")
-    with pytest.warns(UserWarning, match=f"a node is connected to inputs:{name}, which may only be a constant"):
+    with pytest.warns(UserWarning, match=f"inputs:{name} is connected to /Looks/M/Image, but is read as a constant"):
         looks.row()
 
 

@@ -628,6 +628,27 @@ def test_point_instancers_with_arrays_of_other_lengths_are_named(name, values):
         assert not len(extract(stage).instances)
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "values", "drawn"),
+    [
+        ("protoIndices", Sdf.ValueTypeNames.UIntArray, [0, 0], 0),
+        ("positions", Sdf.ValueTypeNames.Double3Array, [Gf.Vec3d(0)] * 2, 0),
+        ("scales", Sdf.ValueTypeNames.Double3Array, [Gf.Vec3d(3)] * 2, 2),
+        ("orientations", Sdf.ValueTypeNames.QuatfArray, [Gf.Quatf(1)] * 2, 2),
+        ("invisibleIds", Sdf.ValueTypeNames.IntArray, [0], 2),
+    ],
+)
+def test_arrays_of_point_instancers_that_usd_does_not_read_are_named(name, kind, values, drawn):
+    stage = make_stage()
+    path = make_instancer(stage, [(0, 0, 0), (1, 0, 0)]).GetPath()
+    spec = stage.GetRootLayer().GetPrimAtPath(path)
+    if name in spec.properties:
+        spec.RemoveProperty(spec.properties[name])
+    Sdf.AttributeSpec(spec, name, kind).default = values
+    with pytest.warns(UserWarning, match=f"/Points: {name} has values of the type .* ignored. Author them as "):
+        assert len(extract(stage).instances) == drawn
+
+
 def test_point_instancers_that_draw_each_other_end():
     stage = make_stage()
     first = make_instancer(stage, [(0, 0, 0), (1, 0, 0)])

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom
 
+from tests.stage.geometry.characters import add_character
 from usdsdg.scenarios.object_based.objects import _name_odd_size
 from usdsdg.scenarios.shared.mesh_folder import read_assets
 from usdsdg.stage.geometry.own_box import own_box
+from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses import pivots
 
 PURPOSES = ["default", "render"]
@@ -92,3 +94,81 @@ def test_meshes_of_a_folder_have_the_size_that_is_drawn(tmp_path):
     stage.Save()
     [found] = read_assets({"mug": [str(tmp_path / "mug.usda")]}, "m")
     assert (found.low, found.high) == (pytest.approx((1.0, 0.0, 0.0)), pytest.approx((1.1, 0.2, 0.0)))
+
+
+def instancer(stage, *, extent=None, resets=False):
+    """Two cubes of 1 unit, 4 units apart and turned by 45 degrees about z, below the prototype `/Two/Parent`."""
+    made = UsdGeom.PointInstancer.Define(stage, "/Two")
+    made.CreateProtoIndicesAttr([0, 0])
+    made.CreatePositionsAttr([Gf.Vec3f(0), Gf.Vec3f(4, 0, 0)])
+    made.CreateOrientationsAttr([Gf.Quath(0.92388, 0, 0, 0.382683)] * 2)
+    made.CreatePrototypesRel().SetTargets([UsdGeom.Xform.Define(stage, "/Two/Parent").GetPath()])
+    UsdGeom.Xform(stage.GetPrimAtPath("/Two/Parent")).AddTranslateOp().Set(Gf.Vec3d(0, 0, 7))
+    cube = UsdGeom.Cube.Define(stage, "/Two/Parent/cube")
+    cube.CreateSizeAttr(1.0)
+    if resets:
+        UsdGeom.Xformable(cube).SetResetXformStack(True)
+    if extent is not None:
+        for boundable in (made, cube):
+            boundable.CreateExtentAttr([Gf.Vec3f(extent[0]), Gf.Vec3f(extent[1])])
+    return made.GetPrim()
+
+
+@pytest.mark.parametrize("extent", [None, (-100, 100), (5, 5)])
+def test_extents_of_point_instancers_and_their_prototypes_do_not_count(stage, extent):
+    box = own_box(instancer(stage, extent=extent), PURPOSES)
+    half = np.sqrt(0.5)
+    expected = np.array([[-half, -half, 6.5], [4 + half, half, 7.5]])
+    assert np.array([box.GetMin(), box.GetMax()]) == pytest.approx(expected, abs=1e-3)
+
+
+def test_prototypes_that_reset_the_transform_stack_are_where_they_are_drawn(stage):
+    box = own_box(instancer(stage, resets=True), PURPOSES)
+    assert (box.GetMin()[2], box.GetMax()[2]) == (-0.5, 0.5)
+
+
+def test_what_prototypes_hide_and_masked_points_are_in_no_box(stage):
+    prim = instancer(stage)
+    UsdGeom.PointInstancer(prim).CreateInvisibleIdsAttr([0])
+    assert own_box(prim, PURPOSES).GetMin()[0] > 3.0
+    ball = UsdGeom.Sphere.Define(stage, "/Two/Parent/guide")
+    ball.CreateRadiusAttr(50.0)
+    ball.CreatePurposeAttr("guide")
+    UsdGeom.Sphere.Define(stage, "/Two/Parent/hidden").MakeInvisible()
+    assert own_box(prim, PURPOSES).GetMax()[0] < 5.0
+    UsdGeom.Imageable(stage.GetPrimAtPath("/Two/Parent")).MakeInvisible()
+    assert own_box(prim, PURPOSES).IsEmpty()
+
+
+def test_points_that_are_not_finite_are_in_no_box(stage):
+    prim = instancer(stage)
+    expected = own_box(prim, PURPOSES)
+    made = UsdGeom.PointInstancer(prim)
+    made.GetProtoIndicesAttr().Set([0, 0, 0])
+    made.GetPositionsAttr().Set([*made.GetPositionsAttr().Get(), Gf.Vec3f(np.nan)])
+    made.GetOrientationsAttr().Set([*made.GetOrientationsAttr().Get(), Gf.Quath(1)])
+    with np.errstate(all="raise"):
+        assert own_box(prim, PURPOSES) == expected
+
+
+def test_instancers_among_prototypes_have_their_boxes(stage):
+    inner = instancer(stage)
+    outer = UsdGeom.PointInstancer.Define(stage, "/Four")
+    outer.CreateProtoIndicesAttr([0, 0])
+    outer.CreatePositionsAttr([Gf.Vec3f(0), Gf.Vec3f(0, 10, 0)])
+    outer.CreatePrototypesRel().SetTargets([inner.GetPath()])
+    low, high = own_box(inner, PURPOSES).GetMin(), own_box(inner, PURPOSES).GetMax()
+    box = own_box(outer.GetPrim(), PURPOSES)
+    assert tuple(box.GetMin()) == pytest.approx(tuple(low))
+    assert tuple(box.GetMax()) == pytest.approx((high[0], high[1] + 10, high[2]))
+
+
+def test_characters_have_the_box_of_their_pose(stage):
+    body = add_character(stage)
+    root = stage.GetPrimAtPath("/Character")
+    UsdGeom.Boundable(root).CreateExtentAttr([Gf.Vec3f(-100), Gf.Vec3f(100)])
+    for code in (0, 24):
+        points = Skinning().skin(body.GetPrim(), Usd.TimeCode(code)).points
+        box = own_box(root, PURPOSES, Usd.TimeCode(code))
+        expected = np.array([points.min(axis=0), points.max(axis=0)])
+        assert np.array([box.GetMin(), box.GetMax()]) == pytest.approx(expected)

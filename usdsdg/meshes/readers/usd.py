@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade, UsdSkel
 
-from usdsdg.errors import AssetUnreadable
+from usdsdg.errors import AssetUnreadable, counted
 from usdsdg.meshes.model import MeshFile, Part
 from usdsdg.meshes.readers.usd_looks import Looks
 from usdsdg.stage import assets
 from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.triangulate import triangulate
+from usdsdg.stage.geometry.uv_primvars import uv_candidates
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -32,7 +33,7 @@ def read(file: Path) -> MeshFile:
     for prim in _meshes(stage):
         to_world = np.array(cache.GetLocalToWorldTransform(prim))
         parts += [part.moved(to_world) for part in _parts(UsdGeom.Mesh(prim), looks)]
-    notes = (*(f"left out: {each}" for each in left_out(stage)), *looks.notes)
+    notes = (*(f"left out: {each}" for each in (*left_out(stage), *_beside(stage))), *looks.notes)
     up, unit = up_axis(stage), meters_per_unit(stage)
     return MeshFile(tuple(parts), tuple(looks.materials), up, unit, notes, tuple(looks.files))
 
@@ -66,8 +67,32 @@ def _left_out_of(prim: Usd.Prim) -> Iterator[str]:
         yield "animation"
     if prim.IsA(UsdShade.Material) and not _is_preview(UsdShade.Material(prim)):
         yield "materials that are not UsdPreviewSurface"
-    if prim.IsA(UsdGeom.Mesh) and prim.GetAttribute("refinementEnableOverride").Get():
+    if prim.IsA(UsdGeom.Mesh) and _is_refined(UsdGeom.Mesh(prim)):
         yield "subdivision"
+    if prim.IsA(UsdGeom.Mesh) and not _bound_material(prim) and _is_clear(UsdGeom.PrimvarsAPI(prim)):
+        yield "displayOpacity"
+
+
+def _is_refined(mesh: UsdGeom.Mesh) -> bool:
+    """Whether a mesh is drawn finer than its faces: as it says, or for its creases and corners."""
+    if mesh.GetPrim().GetAttribute("refinementEnableOverride").Get():
+        return True
+    is_sharp = bool(mesh.GetCreaseIndicesAttr().Get(_FIRST) or mesh.GetCornerIndicesAttr().Get(_FIRST))
+    return is_sharp and mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none
+
+
+def _is_clear(primvars: UsdGeom.PrimvarsAPI) -> bool:
+    opacity = _values(primvars.FindPrimvarWithInheritance("displayOpacity"), 1)
+    return opacity is not None and bool((opacity[0] < 1.0).any())
+
+
+def _beside(stage: Usd.Stage) -> list[str]:
+    """Return what is drawn beside the default prim, in words, which references leave out, too."""
+    root = stage.GetDefaultPrim()
+    drawn = Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()) if root else ()
+    beside = [prim for prim in drawn if prim.IsA(UsdGeom.Gprim) and not prim.GetPath().HasPrefix(root.GetPath())]
+    count = sum(map(_is_drawn, beside))
+    return [f"{counted(count, 'shape')} beside the default prim {root.GetPath()}"] if count else []
 
 
 def _is_preview(material: UsdShade.Material) -> bool:
@@ -88,10 +113,14 @@ def _meshes(stage: Usd.Stage) -> Iterator[Usd.Prim]:
             continue  # its prototypes are drawn where its points are, and not where they stand
         if prim.IsA(UsdGeom.PointInstancer):
             instancer = prim.GetPath()
-        if prim.IsA(UsdGeom.Mesh):
-            image = UsdGeom.Imageable(prim)
-            if image.ComputeVisibility(_FIRST) != UsdGeom.Tokens.invisible and image.ComputePurpose() in DRAWN_PURPOSES:
-                yield prim
+        if prim.IsA(UsdGeom.Mesh) and _is_drawn(prim):
+            yield prim
+
+
+def _is_drawn(prim: Usd.Prim) -> bool:
+    image = UsdGeom.Imageable(prim)
+    is_hidden = image.ComputeVisibility(_FIRST) == UsdGeom.Tokens.invisible
+    return not is_hidden and image.ComputePurpose() in DRAWN_PURPOSES
 
 
 @dataclass(frozen=True)
@@ -162,10 +191,10 @@ def _part(
 ) -> Part:
     primvars = UsdGeom.PrimvarsAPI(mesh)
     index, coordinates = looks.index(material)
-    uvs = _values(primvars.GetPrimvar(coordinates.primvar), 2)
+    uvs = _uvs(primvars, coordinates.primvar)
     if uvs is not None:
         uvs = coordinates.of(uvs[0]), uvs[1]
-    colors = _values(primvars.GetPrimvar("displayColor"), 3)
+    colors = _values(primvars.FindPrimvarWithInheritance("displayColor"), 3)
     normals = _values(primvars.GetPrimvar("normals"), 3)
     if normals is None and mesh.GetNormalsAttr().HasAuthoredValue():
         given = np.array(mesh.GetNormalsAttr().Get(_FIRST) or (), np.float64).reshape(-1, 3)
@@ -182,11 +211,29 @@ def _part(
 _Values = tuple[np.ndarray, str]  # (N, C) and how they are interpolated
 
 
+def _uvs(primvars: UsdGeom.PrimvarsAPI, name: str) -> _Values | None:
+    """Return the texture coordinates by their name or another one in use, as they are drawn."""
+    names = uv_candidates(name)
+    found = (_values(primvar, 2) for primvar in map(primvars.GetPrimvar, names))
+    own = next((values for values in found if values is not None), None)
+    return _values(primvars.FindPrimvarWithInheritance(names[0]), 2) if own is None else own
+
+
 def _values(primvar: UsdGeom.Primvar, size: int) -> _Values | None:
+    """Return rows of `size` numbers; None where there are none. One value that is no array is that of all."""
     values = primvar.ComputeFlattened(_FIRST) if primvar and primvar.HasAuthoredValue() else None
-    if values is None or not len(values):
+    if values is None:
         return None
-    return np.array(values, np.float64).reshape(len(values), -1)[:, :size], str(primvar.GetInterpolation())
+    rows = np.asarray(values)
+    if rows.dtype.kind not in "biuf":
+        return None
+    interpolation = primvar.GetInterpolation()
+    if rows.ndim < (1 if size == 1 else 2):
+        rows, interpolation = rows[None], UsdGeom.Tokens.constant
+    if not len(rows):
+        return None
+    rows = rows.astype(np.float64).reshape(len(rows), -1)
+    return (rows[:, :size], str(interpolation)) if rows.shape[1] >= size else None
 
 
 def _at_points(given: _Values | None, points: np.ndarray) -> np.ndarray | None:

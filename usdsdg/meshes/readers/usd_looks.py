@@ -13,6 +13,7 @@ from usdsdg.image_files.png16 import SIGNATURE
 from usdsdg.meshes.model import Material, Texture
 from usdsdg.stage.colors import srgb_to_linear
 
+_COLORS = (Gf.Vec3f, Gf.Vec3d, Gf.Vec3h, Gf.Vec4f, Gf.Vec4d, Gf.Vec4h)
 _WRAPS = ("repeat", "clamp", "mirror", "black")
 # Inputs of UsdPreviewSurface that our materials do not have, with their fallbacks.
 _LEFT_OUT = {"displacement": 0.0, "useSpecularWorkflow": 0}
@@ -122,17 +123,21 @@ class Looks:
     def _picture(self, given: UsdShade.Input) -> _Picture | None:
         """Return the picture that an input of a surface is connected to; None for a value."""
         attributes = UsdShade.Utils.GetValueProducingAttributes(given)
-        shader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
-        if not shader or shader.GetIdAttr().Get() != "UsdUVTexture":
+        if not attributes or not UsdShade.Output.IsOutput(attributes[0]):
             return None
-        file: Any = shader.GetInput("file").Get() if shader.GetInput("file") else None
+        shader = UsdShade.Shader(attributes[0].GetPrim())
+        if (kind := shader.GetIdAttr().Get()) != "UsdUVTexture":
+            if not _is_display_color(given):
+                self.notes.append(f"{shader.GetPath()}: what {kind} gives to {given.GetBaseName()} is left out")
+            return None
+        file = _value(shader, "file")
         if not isinstance(file, Sdf.AssetPath) or (found := self._image(file)) is None:
             return None
         image, is_wide = found
-        scale = shader.GetInput("scale").Get() if shader.GetInput("scale") else None
+        scale = _value(shader, "scale")
         output = attributes[0].GetName().partition(":")[2]
         name = file.path.rsplit("/", 1)[-1].rsplit(".", 1)[0]
-        bias = shader.GetInput("bias").Get() if shader.GetInput("bias") else None
+        bias = _value(shader, "bias")
         if any(bias or ()) and given.GetBaseName() != "normal":
             self.notes.append(f"{shader.GetPath()}: its bias is left out")
         wraps = [_token(shader, key) for key in ("wrapS", "wrapT")]
@@ -143,7 +148,7 @@ class Looks:
             tuple(scale or (1.0, 1.0, 1.0, 1.0)),
             self._coordinates(shader),
             (wraps[0] if wraps[0] in _WRAPS else "repeat", wraps[1] if wraps[1] in _WRAPS else "repeat"),
-            _is_raw(_token(shader, "sourceColorSpace"), image, is_wide=is_wide),
+            _is_raw(_color_space(shader), image, is_wide=is_wide),
         )
 
     def _coordinates(self, shader: UsdShade.Shader) -> Coordinates:
@@ -151,6 +156,9 @@ class Looks:
         given, matrix, passed = shader.GetInput("st"), np.eye(3), set()
         while given:
             attributes = UsdShade.Utils.GetValueProducingAttributes(given)
+            if attributes and not UsdShade.Output.IsOutput(attributes[0]):  # one texel for the whole surface
+                place = list(attributes[0].Get() or (0.0, 0.0))
+                return Coordinates(rows=_rows(matrix @ [[0, 0, place[0]], [0, 0, place[1]], [0, 0, 1]]))
             reader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
             kind = reader.GetIdAttr().Get() if reader else None
             if reader and kind == "UsdTransform2d" and reader.GetPath() not in passed:
@@ -198,10 +206,22 @@ def _token(shader: UsdShade.Shader, name: str) -> str:
     return str(_value(shader, name) or "")
 
 
+def _color_space(texture: UsdShade.Shader) -> str:
+    """Return the color space of a picture: that of the texture, else of the file attribute, as some exporters write."""
+    given = texture.GetInput("file")
+    attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    return _token(texture, "sourceColorSpace") or (str(attributes[0].GetColorSpace()) if attributes else "")
+
+
 def _reads_display_color(surface: UsdShade.Shader) -> bool:
     """Whether the color of a surface is the displayColor of the mesh."""
     given = surface.GetInput("diffuseColor")
-    attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    return bool(given) and _is_display_color(given)
+
+
+def _is_display_color(given: UsdShade.Input) -> bool:
+    """Whether an input is the diffuse color, and the displayColor of the mesh."""
+    attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given.GetBaseName() == "diffuseColor" else []
     reader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
     if not reader or not str(reader.GetIdAttr().Get()).startswith("UsdPrimvarReader"):
         return False
@@ -273,7 +293,7 @@ def _number(surface: UsdShade.Shader, name: str, fallback: float) -> float:
 
 def _color(surface: UsdShade.Shader, name: str, fallback: float) -> tuple[float, float, float]:
     value = _value(surface, name)
-    if not isinstance(value, Gf.Vec3f):
+    if not isinstance(value, _COLORS):
         return fallback, fallback, fallback
     return _three((value[0], value[1], value[2]))
 
@@ -284,6 +304,11 @@ def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
 
 
 def _value(surface: UsdShade.Shader, name: str) -> Any:
+    """Return the value of an input; of a picture that cannot be read its fallback."""
     given = surface.GetInput(name)
     attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
-    return attributes[0].Get() if attributes else None
+    if not attributes or not UsdShade.Output.IsOutput(attributes[0]):
+        return attributes[0].Get() if attributes else None
+    fallback = _value(UsdShade.Shader(attributes[0].GetPrim()), "fallback")
+    output = attributes[0].GetName().partition(":")[2]
+    return fallback["rgba".index(output)] if isinstance(fallback, Gf.Vec4f) and output in tuple("rgba") else fallback

@@ -48,7 +48,7 @@ from usdsdg.stage.assets.root import (
 )
 from usdsdg.stage.assets.search_paths import add_search_path, remove_search_path
 from usdsdg.stage.assets.stand_ins import set_units
-from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
+from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of, with_slashes
 
 __all__ = [
     "HOW_TO_SET",
@@ -108,4 +108,5 @@ __all__ = [
     "set_units",
     "where_looked",
     "why_no_layer",
+    "with_slashes",
 ]  # fmt: skip

@@ -56,13 +56,13 @@ def cycles(stage: Usd.Stage) -> list[str]:
 
 
 def redirect(stage: Usd.Stage) -> None:
-    """Point what the layers of a stage refer to on other machines to the files on this one, where there are any.
+    """Point what the layers of a stage refer to on other machines, or as Windows does, to the files on this one.
 
     Layers are edited in memory; no file changes.
     """
     seen: set[str] = set()
     for _ in range(_ROUNDS):
-        wanted = {each.layer for each in missing_dependencies(stage) if is_elsewhere(each.asset_path)} - seen
+        wanted = {each.layer for each in missing_dependencies(stage) if _is_unopened(each.asset_path)} - seen
         if not wanted:
             return
         seen |= wanted
@@ -72,8 +72,8 @@ def redirect(stage: Usd.Stage) -> None:
 
 
 def redirect_layer(layer: Sdf.Layer) -> None:
-    """Point the asset paths of one layer that name other machines to files on this one, where there are any."""
-    UsdUtils.ModifyAssetPaths(layer, lambda path: _found(path) if is_elsewhere(path) else path)
+    """Point the asset paths of one layer that USD cannot open here to files on this machine, where there are any."""
+    UsdUtils.ModifyAssetPaths(layer, lambda path: _found(path) if _is_unopened(path) else path)
 
 
 def is_elsewhere(path: str) -> bool:
@@ -84,8 +84,13 @@ def is_elsewhere(path: str) -> bool:
     return url.is_remote(text) or any(each.rest_of(text) is not None for each in maps.get_maps())
 
 
+def _is_unopened(path: str) -> bool:
+    """Whether USD itself cannot open an asset path on this machine, and another path may stand for it."""
+    return is_elsewhere(path) or url.with_slashes(path) != path
+
+
 def _found(path: str) -> str:
-    return lookup.locate_or_none(path) or path
+    return lookup.locate_or_none(path) or (path if url.is_remote(path) else url.with_slashes(path))
 
 
 def _parsed(error: Pcp.ErrorBase, why: str) -> MissingDependency:

@@ -35,6 +35,12 @@ class MissingAsset(NamedTuple):
     line: str  # script line that needs it; "" if unknown
 
 
+_MATERIAL_X = ".mtlx"
+_NEEDS_PLUGIN = (
+    "MaterialX files are read by OpenUSD's plugin for them, which the package usd-core does not have, so the materials "
+    "in it are missing. Make a USD file of the stage with a build of OpenUSD that has it, by usdcat --flatten."
+)
+
 _on_missing = OnMissing.RAISE
 _is_chosen = True
 _missing: dict[str, MissingAsset] = {}
@@ -138,16 +144,28 @@ def check_missing(stage: Usd.Stage) -> None:
     """
     dependencies.redirect(stage)
     own = {layer.identifier for layer in stage.GetLayerStack()}
+    unopened: dict[str, list[dependencies.MissingDependency]] = {}
     for each in dependencies.missing_dependencies(stage):
-        pointer = not_a_file_of_its_own(each.asset_path)
-        why = f"it {pointer}." if pointer else each.why
         if _on_missing is OnMissing.ERROR and each.layer in own and "<" not in each.asset_path:
-            note_missing(each.asset_path, f"{each.where} refers to it: {why}")
+            note_missing(each.asset_path, f"{each.where} refers to it: {_why(each)}")
         else:
-            errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {why}")
+            unopened.setdefault(each.asset_path, []).append(each)
+    for asset, (first, *others) in unopened.items():
+        where = f"{first.where} and {errors.counted(len(others), 'other')} refer" if others else f"{first.where} refers"
+        errors.warn_once(
+            f"{where} to {asset}, which cannot be opened: {_why(first)}", key=f"{first.where} refers to {asset}"
+        )
     for message in (*dependencies.cycles(stage), *LostVariants.messages(stage)):
         errors.warn_once(message)
     raise_missing()
+
+
+def _why(each: dependencies.MissingDependency) -> str:
+    """Return why a reference does not open."""
+    if each.asset_path.split("<")[0].endswith(_MATERIAL_X):
+        return _NEEDS_PLUGIN
+    pointer = not_a_file_of_its_own(each.asset_path)
+    return f"it {pointer}." if pointer else each.why
 
 
 def raise_missing() -> None:

@@ -62,6 +62,11 @@ def normalized(text: str) -> str:
     return os.path.expanduser(text)
 
 
+def with_slashes(path: str) -> str:
+    """Return a path that a program on Windows wrote, as `.\\textures\\a.png`, in the form that all systems read."""
+    return path.replace("\\", "/")
+
+
 def path_of(text: str) -> str:
     """Return the path in a URL, decoded and without its query: `/a b.usd` of `https://host/a%20b.usd?v=1`."""
     _, _, rest = normalized(text).partition("://")

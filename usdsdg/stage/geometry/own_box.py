@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from usdsdg.stage.geometry.drawn_box import DrawnBoxes
 
@@ -39,7 +39,7 @@ def _drawn(prim: Usd.Prim, purposes: Sequence[str], time: Usd.TimeCode) -> Itera
             continue
         if each != prim and imageable.GetVisibilityAttr().Get(time) == UsdGeom.Tokens.invisible:
             prims.PruneChildren()
-        elif each.IsA(UsdGeom.Boundable):
+        elif each.IsA(UsdGeom.Boundable) and not each.IsA(UsdSkel.Root):  # whose extent covers what is below it
             prims.PruneChildren()
             if imageable.ComputePurpose() in purposes:
                 yield each

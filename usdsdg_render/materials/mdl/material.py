@@ -41,10 +41,7 @@ def read_mdl(network: Network, shader: UsdShade.Shader, name: str) -> Material |
     reader = _READERS.get(name)
     if reader is None:
         return None
-    material = replace(reader(network, shader), name=str(network.material.GetPath()))
-    if reader is not read_gltf:
-        _warn_of_connections(network, shader)
-    return material
+    return replace(reader(network, shader), name=str(network.material.GetPath()))
 
 
 def _preset(network: Network, shader: UsdShade.Shader, name: str) -> Preset | None:
@@ -62,15 +59,6 @@ def _preset(network: Network, shader: UsdShade.Shader, name: str) -> Preset | No
     except errors.AssetUnreadable as error:
         network.warn(shader, f"its MDL file cannot be read: {error}")
         return None
-
-
-def _warn_of_connections(network: Network, shader: UsdShade.Shader) -> None:
-    for name in network.connected(shader):
-        network.warn(
-            shader,
-            f"a shader is connected to inputs:{name}; MDL graphs are not evaluated and its default is used. Author a "
-            f"value or a texture file.",
-        )
 
 
 _READERS: dict[str, Callable[[Network, UsdShade.Shader], Material]] = {
