@@ -318,3 +318,9 @@ def test_a_reference_to_several_files_names_what_draws_from_them(stage, usd):
     usd = usd if isinstance(usd, list) else usd(["a.usd", "b.usd"])
     with pytest.raises(GraphError, match=r"usd is .* randomizer\.instantiate\(paths, size\) draws from several"):
         rep.create.from_usd(usd)
+
+
+@pytest.mark.parametrize("function", [rep.create.cube, rep.create.camera, rep.create.light])
+def test_a_rotation_beside_a_direction_to_look_is_warned_of(stage, function):
+    with pytest.warns(UsdsdgWarning, match=rf"{function.__name__}: rotation and look_at exclude each other"):
+        function(position=(1, 0, 0), look_at=(0, 0, 0), rotation=(0, 0, 45))

@@ -124,6 +124,7 @@ class Writer(ABC):
         self._class_file = ClassFile()  # the folder may be another one
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
+        current().observations.unattached.append(type(self).__name__)
 
     @in_turn
     def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
@@ -154,8 +155,7 @@ class Writer(ABC):
         if self not in current().writers:
             current().writers.append(self)
         self._class_file.attach(self)
-        current().observations.writers.append(type(self).__name__)
-        current().observations.waits_for_calls |= trigger is None
+        current().observations.add_writer(type(self).__name__, waits_for_calls=trigger is None)
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """As `attach`."""
