@@ -15,7 +15,6 @@ from usdsdg.session.session import current
 from usdsdg.session.turns import in_turn
 from usdsdg.stage.world_values import WorldValues
 from usdsdg.writers import counters
-from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
 from usdsdg.writers.global_seed import global_seed
@@ -43,7 +42,7 @@ class Writer(ABC):
     The registry creates instances without `__init__`; `initialize` runs it.
     """
 
-    backend: BaseBackend | None = None
+    backend: Any = None  # a `BaseBackend`: to a type checker not one that may be None, for `write` does not ask
     version: str = "0.0.0"
     annotators: list[Any] = []
     metadata: dict[str, Any] = {}
