@@ -10,7 +10,7 @@ import warp as wp
 
 from usdsdg.errors import RenderError
 from usdsdg.parallel import Later
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import known_device, quiet_warp
 from usdsdg_render.device.forked_cuda import check_not_forked
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.labels.label_batch import LabelBatch
@@ -243,9 +243,8 @@ def chosen_device(device: str | None) -> str:
     if device is None:
         device = "cuda:0" if wp.is_cuda_available() else "cpu"
     try:
-        alias = wp.get_device(device).alias
-        check_not_forked(alias)
-        return alias
-    except (ValueError, RuntimeError) as error:
-        known = ", ".join(each.alias for each in wp.get_devices())
-        raise RenderError(f"cannot render on {device!r}: {error}. Devices here: {known}.") from error
+        alias = known_device(device)
+    except ValueError as error:
+        raise RenderError(f"cannot render on {device!r}: {error}") from error
+    check_not_forked(alias)
+    return alias
