@@ -324,3 +324,12 @@ def test_a_reference_to_several_files_names_what_draws_from_them(stage, usd):
 def test_a_rotation_beside_a_direction_to_look_is_warned_of(stage, function):
     with pytest.warns(UsdsdgWarning, match=rf"{function.__name__}: rotation and look_at exclude each other"):
         function(position=(1, 0, 0), look_at=(0, 0, 0), rotation=(0, 0, 45))
+
+
+def test_names_of_prims_that_an_item_does_not_have_are_answered_with_its_prims(stage):
+    item = rep.create.cube()
+    with pytest.raises(AttributeError, match=r"'ReplicatorItem' .* 'GetAttribute'; .* item\.get_output_prims\(\)"):
+        item.GetAttribute("points")
+    with pytest.raises(AttributeError, match=r"'position'$"):
+        _ = item.position
+    assert not hasattr(item, "IsA")

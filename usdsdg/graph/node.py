@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pxr import Usd
 
@@ -300,6 +300,14 @@ class ReplicatorItem:
     def trigger(self) -> Any | None:
         """The trigger (`evaluate.Trigger`) that this is the item of, or None."""
         return self._trigger
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            message = f"{type(self).__name__!r} object has no attribute {name!r}"
+            if hasattr(Usd.Prim, name):
+                message += "; its prims, which have it, are in the list item.get_output_prims()['prims']"
+            raise AttributeError(message, name=name, obj=self)
 
     def _repr_html_(self) -> str:
         from usdsdg.notebook.graphs import item_html
