@@ -139,10 +139,20 @@ UNATTACHED = CAMERA.replace("writer.attach(", "(")
         (CAMERA + "rep.orchestrator.step()\n", "the only picture is black"),
         (LIGHT + CAMERA.replace("rgb=True", "bounding_box_2d_tight=True") + "rep.orchestrator.step()\n", "no label"),
         (UNATTACHED, ""),
+        (CAMERA + "new_stage()\nrep.orchestrator.step()\n", "BasicWriter was attached, and detached before the first"),
         (CAMERA + "raise SystemExit(0)\n", "BasicWriter is attached"),
         (CAMERA + FUNCTION + "if __name__ == '__main__':\n" + textwrap.indent(CALL, "    "), "BasicWriter is attached"),
     ],
-    ids=["no run", "not attached", "no light", "no label", "no run and not attached", "sys.exit", "processes"],
+    ids=[
+        "no run",
+        "not attached",
+        "no light",
+        "no label",
+        "no run and not attached",
+        "new stage",
+        "sys.exit",
+        "processes",
+    ],
 )
 def test_a_program_that_leaves_nothing_to_see_ends_with_one_remark(tmp_path, script, remark):
     remarks = [line for line in python(tmp_path, script).stderr.splitlines() if "remark: " in line]
@@ -151,6 +161,17 @@ def test_a_program_that_leaves_nothing_to_see_ends_with_one_remark(tmp_path, scr
 
 def test_a_program_that_fails_ends_with_its_error(tmp_path):
     assert "remark: " not in python(tmp_path, CAMERA + "raise KeyError('of the program')\n", expect=1).stderr
+
+
+def test_a_run_that_its_triggers_end_before_its_frames_says_so(tmp_path):
+    script = """
+        with rep.trigger.on_frame(max_execs=2):
+            rep.randomizer.rotation(input_prims=camera)
+        rep.orchestrator.run(num_frames=5)
+    """
+    done = python(tmp_path, LIGHT + CAMERA + textwrap.dedent(script))
+    assert "[usdsdg] frames captured: 2/2" in done.stderr
+    assert "[usdsdg] the run ended 3 frames before the 5 of run(num_frames=5): all triggers" in done.stderr
 
 
 def test_data_before_the_first_frame_are_empty_and_warned_of(tmp_path):

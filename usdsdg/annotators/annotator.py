@@ -109,7 +109,7 @@ class Annotator:
     def compute(self, frame: Frame) -> Annotation:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
         key = self._spec.key_of(self._params)
-        annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
+        annotation = frame.derive(key, lambda: self._spec.annotate(frame, self._params))
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)
         counts: Counter[str] = Counter()

@@ -71,6 +71,11 @@ def _of_no_frame() -> list[str]:
         what = "the script made randomizers with triggers, but captured no frame"
     else:
         return []
+    if seen.unseen and seen.writers and not current().writers:
+        return [
+            f"{_listed(seen.writers, 'was', 'were')} attached, and detached before the first frame, as by a new stage, "
+            "which begins without writers. Attach it afterwards."
+        ]
     if seen.unseen and seen.waits_for_calls:
         return [
             f"{what}: a writer that is attached with trigger=None writes the next frame after each call of its "
