@@ -49,12 +49,18 @@ class WarpRenderer(LabelRenderer):
         progress: called with (label, done, total) during long work: reading the stage, compiling kernels on first use.
 
     Raises:
-        RenderError: the device does not exist.
+        RenderError: the device does not exist, or the stage is none, as the path of one.
     """
 
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
+        from pxr import Usd
+
         from usdsdg_render.sync.extract import SceneExtractor
 
+        if not isinstance(stage, Usd.Stage):
+            raise RenderError(
+                f"WarpRenderer: stage is {stage!r}; expected a Usd.Stage, as Usd.Stage.Open(path) returns one"
+            )
         ready = _ready_device(device, progress)
         extractor = SceneExtractor(stage, progress=progress)
         self._start(extractor.scene, extractor, ready)
