@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.app import new_layer
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics import labels
 
@@ -333,3 +335,45 @@ def test_names_of_prims_that_an_item_does_not_have_are_answered_with_its_prims(s
     with pytest.raises(AttributeError, match=r"'position'$"):
         _ = item.position
     assert not hasattr(item, "IsA")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with two assets, a picture and a material."""
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.usda").write_text('#usda 1.0\n(\n    defaultPrim = "C"\n)\ndef Cube "C"\n{\n}\n')
+    Image.new("RGB", (2, 2)).save(tmp_path / "sky.png")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda folder: rep.create.from_dir(folder).get_output_prims()["prims"],
+        lambda folder: rep.create.from_usd(folder / "a.usda").get_output_prims()["prims"],
+        lambda folder: rep.utils.get_usd_files(folder),
+        lambda folder: rep.randomizer.instantiate([folder / "a.usda"], size=1).get_input("paths").get_input("choices"),
+        lambda folder: rep.distribution.choice([folder / "a.usda"]).get_input("choices"),
+        lambda folder: rep.create.light(light_type="Dome", texture=rep.distribution.choice([folder / "sky.png"])).prims,
+    ],
+)
+def test_files_may_be_paths_of_pathlib(folder, call):
+    class Text(str):
+        """A folder as text, of which files are text."""
+
+        def __truediv__(self, name):
+            return Text(f"{self}/{name}")
+
+    def made(place):
+        new_stage()
+        return [str(each) for each in call(place)]
+
+    assert made(folder) == made(Text(folder))
+
+
+def test_missing_folders_that_are_paths_of_pathlib_are_named(stage, tmp_path):
+    for call in (rep.create.from_dir, rep.utils.get_usd_files):
+        with pytest.raises(AssetNotFound, match="nowhere"):
+            call(tmp_path / "nowhere")
+    with pytest.raises(AssetNotFound, match="nowhere"):
+        rep.randomizer.instantiate([tmp_path / "nowhere.usd"], size=1)
