@@ -302,10 +302,10 @@ class Orchestrator:
                     if self._playback.has_ended:
                         break
                 yield
+            report_end(num_frames, self.captures, self._last)
         finally:
             if self._run is this:
                 self._run, self._last, self.capture.expected_frames = None, None, expected_before
-        report_end(num_frames, self.captures, last)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

@@ -18,17 +18,17 @@ def all_ended(captures: int) -> bool:
     return bool(triggers) and all(trigger.max_execs and _has_ended(trigger, captures) for trigger in triggers)
 
 
-def report_end(num_frames: int | None, captures: int, last: int) -> None:
+def report_end(num_frames: int | None, captures: int, last: int | None) -> None:
     """Report how many frames there are after a run that has not captured all that it was to, and say why.
 
     num_frames: how many it was to capture; None: as many as the triggers want. captures, last: how many frames there
-        are, and how many there would be.
+        are, and how many there would be; None: that was not known.
     """
-    if num_frames is not None and captures >= last:
+    if last is not None and captures >= last:
         return
     made = get_run().own_frames(captures)
     progress.report_frames(made, made)
-    if num_frames is not None and evaluate.graph().triggers:
+    if last is not None and evaluate.graph().triggers:
         progress.say(
             f"the run ended {counted(last - captures, 'frame')} before the {num_frames} of "
             f"run(num_frames={num_frames}): all triggers have reached their max_execs (num_frames of on_frame)"
