@@ -74,28 +74,24 @@ def installed(wheel, tmp_path_factory) -> Path:
     return folder / ("Scripts" if os.name == "nt" else "bin")
 
 
-def files_of_packages() -> set[str]:
-    """Return all files below the packages that belong to the product."""
-    found = {path.relative_to(ROOT) for name in PACKAGES for path in (ROOT / name).rglob("*") if path.is_file()}
-    return {path.as_posix() for path in found if "__pycache__" not in path.parts}
+def files_below(*folders: str) -> set[str]:
+    """Return all files below folders of the repository, but those that running its programs leaves."""
+    found = {path.relative_to(ROOT) for name in folders for path in (ROOT / name).rglob("*") if path.is_file()}
+    return {
+        path.as_posix() for path in found if not any(part.startswith(("__pycache__", "_out")) for part in path.parts)
+    }
 
 
 def test_the_wheel_has_every_file_of_the_packages_and_nothing_else(wheel):
     names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    assert names == files_of_packages()
+    assert names == files_below(*PACKAGES)
 
 
 def test_the_sdist_has_what_the_tests_need(sdist):
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    assert {
-        "pyproject.toml",
-        "README.md",
-        "LICENSE",
-        "CHANGELOG.md",
-        "configs/detection.yaml",
-        "tests/test_package.py",
-    } <= names
+    assert {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "Dockerfile", "SECURITY.md"} <= names
+    assert files_below("benchmarks", "configs", "docs", "examples", "tests", *PACKAGES) <= names
 
 
 def test_the_metadata_has_one_version_and_what_an_index_shows(wheel):

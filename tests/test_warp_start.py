@@ -66,3 +66,11 @@ def test_where_standard_error_is_closed_nothing_is_held_back():
 def test_without_a_folder_of_temporary_files_nothing_is_held_back():
     no_files = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n"  # as on a full disk
     assert error_of(no_files + SCRIPT).splitlines() == ["before", "about the driver: none", "text", "after"]
+
+
+@pytest.mark.skipif(warp_start.has_cuda_driver() or warp_start.has_nvidia_gpu(), reason="needs a machine without GPU")
+def test_a_gpu_that_is_asked_for_and_not_there_is_one_error():
+    script = "from usdsdg.session.devices import use_device\ntry:\n    use_device('cuda')\nexcept Exception as error:\n"
+    done = forked.run(["-c", f"{script}    print(error)"], cwd=forked.ROOT)
+    assert done.stderr == ""
+    assert done.stdout.splitlines() == ["cannot render on 'cuda': no GPU can be used. Devices here: cpu."]

@@ -63,6 +63,25 @@ def loaded_on_cpu(find: Callable[[], Any]) -> Any:
     return kernel
 
 
+def known_device(name: str) -> str:
+    """Return what Warp calls the device of a name, as "cuda:0" for "cuda".
+
+    Raises:
+        ValueError: there is no such device; the message lists those that there are.
+    """
+    quiet_warp()
+    import warp
+
+    try:
+        # Without a driver Warp prints errors each time that it looks for the current device.
+        if name == "cuda" and not warp.is_cuda_available():
+            raise ValueError("no GPU can be used")
+        return warp.get_device(name).alias
+    except (ValueError, RuntimeError) as error:
+        known = ", ".join(each.alias for each in warp.get_devices())
+        raise ValueError(f"{error}. Devices here: {known}.") from error
+
+
 @cache
 def has_cuda_driver() -> bool:
     """Return whether the library of NVIDIA's driver can be loaded; True on systems for which Warp looks for none."""

@@ -10,7 +10,7 @@ import warp as wp
 
 from usdsdg.errors import RenderError
 from usdsdg.parallel import Later
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import known_device, quiet_warp
 from usdsdg_render.device.forked_cuda import check_not_forked
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.labels.label_batch import LabelBatch
@@ -49,12 +49,18 @@ class WarpRenderer(LabelRenderer):
         progress: called with (label, done, total) during long work: reading the stage, compiling kernels on first use.
 
     Raises:
-        RenderError: the device does not exist.
+        RenderError: the device does not exist, or the stage is none, as the path of one.
     """
 
     def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
+        from pxr import Usd
+
         from usdsdg_render.sync.extract import SceneExtractor
 
+        if not isinstance(stage, Usd.Stage):
+            raise RenderError(
+                f"WarpRenderer: stage is {stage!r}; expected a Usd.Stage, as Usd.Stage.Open(path) returns one"
+            )
         ready = _ready_device(device, progress)
         extractor = SceneExtractor(stage, progress=progress)
         self._start(extractor.scene, extractor, ready)
@@ -243,9 +249,8 @@ def chosen_device(device: str | None) -> str:
     if device is None:
         device = "cuda:0" if wp.is_cuda_available() else "cpu"
     try:
-        alias = wp.get_device(device).alias
-        check_not_forked(alias)
-        return alias
-    except (ValueError, RuntimeError) as error:
-        known = ", ".join(each.alias for each in wp.get_devices())
-        raise RenderError(f"cannot render on {device!r}: {error}. Devices here: {known}.") from error
+        alias = known_device(device)
+    except ValueError as error:
+        raise RenderError(f"cannot render on {device!r}: {error}") from error
+    check_not_forked(alias)
+    return alias

@@ -304,3 +304,20 @@ def test_an_annotator_can_be_registered_under_another_name(frame):
         annotators.unregister_annotator("depth")
     with pytest.raises(AnnotatorRegistryError, match="not an Annotator"):
         annotators.register("depth", 3)
+
+
+@pytest.mark.parametrize("made", [None, np.zeros((2, 2)), {"data": 1}])
+def test_a_function_that_returns_no_annotation_is_named(frame, made):
+    annotators.define("of_a_script", aovs=["distance_to_camera"], dtype=np.float32)(lambda _frame, _params: made)
+    try:
+        with pytest.raises(
+            AnnotatorError, match=rf"'of_a_script': its function returned {type(made).__name__}; expected"
+        ):
+            annotators.get("of_a_script").compute(frame)
+    finally:
+        annotators.unregister_annotator("of_a_script")
+
+
+def test_a_name_that_is_taken_is_refused():
+    with pytest.raises(AnnotatorRegistryError, match=r"^An annotator named 'rgb' exists already"):
+        annotators.define("rgb")(lambda _frame, _params: None)

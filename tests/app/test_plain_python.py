@@ -24,6 +24,21 @@ writer.attach(rep.create.render_product(camera, (8, 8)))
 """
 
 
+FUNCTION = """
+import multiprocessing
+
+def square(number):
+    return number * number
+
+"""
+CALL = """
+process = multiprocessing.get_context("spawn").Process(target=square, args=(2,))
+process.start()
+process.join()
+print("exit code", process.exitcode)
+"""
+
+
 def python(folder, script: str, *, expect: int = 0, fresh: bool = False) -> subprocess.CompletedProcess[str]:
     """Run a script in `folder`; its variable `OUT` is a folder for files, `fresh` as in `forked.run`."""
     path = folder / "script.py"
@@ -109,6 +124,69 @@ def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
 
+LIGHT = "rep.create.light(light_type='Dome')\n"
+UNATTACHED = CAMERA.replace("writer.attach(", "(")
+
+
+@pytest.mark.parametrize(
+    ("script", "remark"),
+    [
+        (
+            CAMERA,
+            "BasicWriter is attached, but no frame was captured: nothing started a run. Call rep.orchestrator.run",
+        ),
+        (UNATTACHED + "rep.orchestrator.run(num_frames=2)\n", "BasicWriter was initialized, but not attached"),
+        (CAMERA + "rep.orchestrator.step()\n", "the only picture is black"),
+        (LIGHT + CAMERA.replace("rgb=True", "bounding_box_2d_tight=True") + "rep.orchestrator.step()\n", "no label"),
+        (UNATTACHED, ""),
+        (CAMERA + "new_stage()\nrep.orchestrator.step()\n", "BasicWriter was attached, and detached before the first"),
+        (CAMERA + "raise SystemExit(0)\n", "BasicWriter is attached"),
+        (CAMERA + FUNCTION + "if __name__ == '__main__':\n" + textwrap.indent(CALL, "    "), "BasicWriter is attached"),
+    ],
+    ids=[
+        "no run",
+        "not attached",
+        "no light",
+        "no label",
+        "no run and not attached",
+        "new stage",
+        "sys.exit",
+        "processes",
+    ],
+)
+def test_a_program_that_leaves_nothing_to_see_ends_with_one_remark(tmp_path, script, remark):
+    remarks = [line for line in python(tmp_path, script).stderr.splitlines() if "remark: " in line]
+    assert [line.startswith(f"[usdsdg] remark: {remark}") for line in remarks] == [True] * bool(remark)
+
+
+def test_a_program_that_fails_ends_with_its_error(tmp_path):
+    assert "remark: " not in python(tmp_path, CAMERA + "raise KeyError('of the program')\n", expect=1).stderr
+
+
+def test_a_run_that_its_triggers_end_before_its_frames_says_so(tmp_path):
+    script = """
+        with rep.trigger.on_frame(max_execs=2):
+            rep.randomizer.rotation(input_prims=camera)
+        rep.orchestrator.run(num_frames=5)
+    """
+    done = python(tmp_path, LIGHT + CAMERA + textwrap.dedent(script))
+    assert "[usdsdg] frames captured: 2/2" in done.stderr
+    assert "[usdsdg] the run ended 3 frames before the 5 of run(num_frames=5): all triggers" in done.stderr
+
+
+def test_data_before_the_first_frame_are_empty_and_warned_of(tmp_path):
+    script = """
+        annotator = rep.annotators.get("distance_to_camera")
+        annotator.attach(rep.create.render_product(camera, (8, 8)))
+        print(annotator.get_data().size)
+        rep.orchestrator.step()
+        print(annotator.get_data().size)
+    """
+    done = python(tmp_path, LIGHT + CAMERA + textwrap.dedent(script))
+    assert done.stdout.split() == ["0", "64"]
+    assert done.stderr.count("annotator 'distance_to_camera' has no frame yet") == 1
+
+
 def test_a_folder_is_named_once_whatever_the_number_of_stages(tmp_path):
     """As of bin picking, each drop of which has a stage of its own."""
     scene = "rep.create.light(light_type='Dome')\n" + CAMERA + "rep.orchestrator.step()\n"
@@ -140,21 +218,6 @@ def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
         print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
     assert python(tmp_path, script, fresh=True).stdout.strip() == "[]"
-
-
-FUNCTION = """
-import multiprocessing
-
-def square(number):
-    return number * number
-
-"""
-CALL = """
-process = multiprocessing.get_context("spawn").Process(target=square, args=(2,))
-process.start()
-process.join()
-print("exit code", process.exitcode)
-"""
 
 
 def test_processes_that_import_the_program_again_do_not_replace_its_frames(tmp_path):

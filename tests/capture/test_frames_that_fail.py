@@ -155,3 +155,23 @@ def test_going_on_after_a_frame_that_has_failed_makes_the_later_ones(tmp_path):
     run(script, tmp_path / "again", mode=Mode.RESUME)
     assert frames_of(tmp_path / "again/b") == frames_of(tmp_path / "whole/b")
     assert (tmp_path / "again/b/first_3.txt").exists()
+
+
+class ReadsDepth(rep.Writer):
+    """A writer that reads what it has not asked for."""
+
+    def __init__(self):
+        self.annotators = ["rgb"]
+
+    def write(self, data):
+        data["depth"]
+
+
+def test_a_key_that_the_data_of_a_writer_do_not_have_is_answered_with_those_that_there_are(stage):
+    writer = ReadsDepth()
+    writer.attach(rep.create.render_product(rep.create.camera(), (8, 8)))
+    with pytest.raises(KeyError, match="depth") as caught:
+        rep.orchestrator.step()
+    (note,) = [note for note in caught.value.__notes__ if "ReadsDepth was handed frame 0" in note]
+    assert "whose data have the keys" in note
+    assert "'rgb'" in note

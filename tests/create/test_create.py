@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.app import new_layer
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.semantics import labels
 
@@ -318,3 +320,60 @@ def test_a_reference_to_several_files_names_what_draws_from_them(stage, usd):
     usd = usd if isinstance(usd, list) else usd(["a.usd", "b.usd"])
     with pytest.raises(GraphError, match=r"usd is .* randomizer\.instantiate\(paths, size\) draws from several"):
         rep.create.from_usd(usd)
+
+
+@pytest.mark.parametrize("function", [rep.create.cube, rep.create.camera, rep.create.light])
+def test_a_rotation_beside_a_direction_to_look_is_warned_of(stage, function):
+    with pytest.warns(UsdsdgWarning, match=rf"{function.__name__}: rotation and look_at exclude each other"):
+        function(position=(1, 0, 0), look_at=(0, 0, 0), rotation=(0, 0, 45))
+
+
+def test_names_of_prims_that_an_item_does_not_have_are_answered_with_its_prims(stage):
+    item = rep.create.cube()
+    with pytest.raises(AttributeError, match=r"'ReplicatorItem' .* 'GetAttribute'; .* item\.get_output_prims\(\)"):
+        item.GetAttribute("points")
+    with pytest.raises(AttributeError, match=r"'position'$"):
+        _ = item.position
+    assert not hasattr(item, "IsA")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with two assets, a picture and a material."""
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.usda").write_text('#usda 1.0\n(\n    defaultPrim = "C"\n)\ndef Cube "C"\n{\n}\n')
+    Image.new("RGB", (2, 2)).save(tmp_path / "sky.png")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda folder: rep.create.from_dir(folder).get_output_prims()["prims"],
+        lambda folder: rep.create.from_usd(folder / "a.usda").get_output_prims()["prims"],
+        lambda folder: rep.utils.get_usd_files(folder),
+        lambda folder: rep.randomizer.instantiate([folder / "a.usda"], size=1).get_input("paths").get_input("choices"),
+        lambda folder: rep.distribution.choice([folder / "a.usda"]).get_input("choices"),
+        lambda folder: rep.create.light(light_type="Dome", texture=rep.distribution.choice([folder / "sky.png"])).prims,
+    ],
+)
+def test_files_may_be_paths_of_pathlib(folder, call):
+    class Text(str):
+        """A folder as text, of which files are text."""
+
+        def __truediv__(self, name):
+            return Text(f"{self}/{name}")
+
+    def made(place):
+        new_stage()
+        return [str(each) for each in call(place)]
+
+    assert made(folder) == made(Text(folder))
+
+
+def test_missing_folders_that_are_paths_of_pathlib_are_named(stage, tmp_path):
+    for call in (rep.create.from_dir, rep.utils.get_usd_files):
+        with pytest.raises(AssetNotFound, match="nowhere"):
+            call(tmp_path / "nowhere")
+    with pytest.raises(AssetNotFound, match="nowhere"):
+        rep.randomizer.instantiate([tmp_path / "nowhere.usd"], size=1)

@@ -30,7 +30,7 @@ from tests.forked.client import EXECUTABLE, NUMBER, STREAMS
 MODULES = (
     "usdsdg.cli.app", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
     "usdsdg.capture", "usdsdg.writers.formats", "usdsdg.verify.verify", "usdsdg.inspect", "usdsdg.scenarios.jobs",
-    "usdsdg.cli.program", "usdsdg.cli.script.config_file", "usdsdg.cli.script.outcome", "usdsdg.cli.script.remarks",
+    "usdsdg.cli.program", "usdsdg.cli.script.config_file", "usdsdg.cli.script.outcome", "usdsdg.session.remarks",
     "usdsdg.annotators.pixels.look_up_kernels", "usdsdg.annotators.pixels.pixel_runs", "usdsdg.datasets.on_disk",
     "usdsdg.writers.aggregates", "usdsdg.writers.backends.io_queue", "usdsdg.writers.backends.job",
     "trimesh", "newton",

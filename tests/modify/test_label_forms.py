@@ -3,7 +3,7 @@
 import pytest
 
 import usdsdg as rep
-from usdsdg.errors import GraphError
+from usdsdg.errors import GraphError, UsdsdgError
 from usdsdg.graph import evaluate
 from usdsdg.stage.semantics import labels
 
@@ -64,3 +64,9 @@ def test_visibility_in_a_list_of_one_is_for_all(stage):
     rep.modify.visibility([True], input_prims=cubes)
     seen = [prim.GetAttribute("visibility").Get() for prim in cubes.get_output_prims()["prims"]]
     assert seen == ["inherited"] * 3
+
+
+@pytest.mark.parametrize("given", [[("class", "")], [("", "cube")], {"class": ["cube", " "]}])
+def test_an_empty_label_or_type_is_named(stage, given):
+    with pytest.raises(UsdsdgError, match="labels and their types are non-empty strings, not"):
+        rep.create.cube(semantics=given)

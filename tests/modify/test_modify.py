@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
+from usdsdg.errors import ArgumentError, BadPrim, GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.stage.semantics import labels
 
@@ -233,6 +233,17 @@ def test_materials_are_sampled_at_each_firing(stage):
     assert bound(stage, cubes) == [looks.prims[0]] * 2
     fire()
     assert bound(stage, cubes) == [looks.prims[1]] * 2
+
+
+@pytest.mark.parametrize("value", [None, [], ()])
+def test_binding_no_material_raises_an_error(stage, value):
+    with pytest.raises(ArgumentError, match=r"modify\.material: value is .*; give at least one material"):
+        rep.modify.material(value, input_prims=rep.create.cube())
+
+
+def test_an_attribute_whose_name_is_no_text_raises_an_error(stage):
+    with pytest.raises(ArgumentError, match=r"modify\.attribute: name is 3; expected text"):
+        rep.modify.attribute(3, "focalLength", input_prims=rep.create.camera())
 
 
 def test_binding_a_prim_that_is_not_a_material_raises_an_error(stage):

@@ -7,6 +7,7 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
+from usdsdg.errors import RenderError
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings, ToneSettings
@@ -136,3 +137,9 @@ def test_a_uniform_dome_is_a_furnace():
     image = rendered(stage, 256)
     np.testing.assert_allclose(quarters(image), 2.0, rtol=0.05)  # a wall of albedo 0.5 reflects half of it
     np.testing.assert_allclose(image[0], 4.0, rtol=1e-3)
+
+
+@pytest.mark.parametrize("given", [None, "scene.usda"])
+def test_what_is_no_stage_is_refused(given):
+    with pytest.raises(RenderError, match=r"stage is .*; expected a Usd\.Stage, as Usd\.Stage\.Open"):
+        WarpRenderer(given)

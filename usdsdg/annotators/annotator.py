@@ -18,7 +18,7 @@ from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed
 from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported, warn_once
 from usdsdg.session.session import current
 from usdsdg.session.settings.replicator_version import OLD, replicator_version
 from usdsdg.session.turns import in_turn
@@ -109,7 +109,7 @@ class Annotator:
     def compute(self, frame: Frame) -> Annotation:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
         key = self._spec.key_of(self._params)
-        annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
+        annotation = frame.derive(key, lambda: self._spec.annotate(frame, self._params))
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)
         counts: Counter[str] = Counter()
@@ -268,6 +268,10 @@ class Annotator:
         if self in current().annotators:
             current().live.refresh(self)
         current().wait_for_pictures()
+        if self._latest is None:
+            warn_once(
+                f"annotator {self._name!r} has no frame yet, so it is empty; rep.orchestrator.step() captures one"
+            )
         copy = do_array_copy or self._delivery.copies
         warp_device = self._delivery.warp_device() if device is None else None if device == "cpu" else device
         latest = delivered(self._latest or self._spec.before_first_frame(), warp_device, copy=copy)

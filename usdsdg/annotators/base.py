@@ -71,6 +71,20 @@ class AnnotatorSpec:
     on_attach: Callable[[Any], None] | None = None  # called with each `Annotator` that is attached
     check: Callable[[Mapping[str, Any]], None] | None = None  # called with init parameters when they are given
 
+    def annotate(self, frame: Frame, params: Mapping[str, Any]) -> Annotation:
+        """Compute the annotation of a frame.
+
+        Raises:
+            AnnotatorError: the function that a script has defined returns something else.
+        """
+        made = self.compute(frame, params)
+        if not isinstance(made, Annotation):
+            raise AnnotatorError(
+                f"Annotator {self.name!r}: its function returned {type(made).__name__}; expected "
+                "usdsdg.annotators.Annotation(data), or Annotation(data, info)."
+            )
+        return made
+
     def before_first_frame(self) -> Annotation:
         """Return an annotation of nothing, with the same keys as others; it may be written into."""
         return Annotation(self.empty, {key: copy.deepcopy(value) for key, value in self.empty_info.items()})

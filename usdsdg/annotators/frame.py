@@ -81,7 +81,8 @@ class Frame:
         except KeyError:
             raise AnnotatorError(
                 f"{self.render_product}: AOV {name!r} was not rendered for this frame (there are: "
-                f"{', '.join(sorted(self.aovs)) or 'none'}). Attach the annotator before the step that it should see."
+                f"{', '.join(sorted(self.aovs)) or 'none'}). An annotator names what it reads in its "
+                "aovs, and is attached before the step that it should see."
             ) from None
 
     @property

@@ -16,7 +16,14 @@ from usdsdg import rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.playback import Playback
-from usdsdg.app.run_ends import all_ended, are_frames_due, ends_without_picture, triggers_remain, triggers_that_end
+from usdsdg.app.run_ends import (
+    all_ended,
+    are_frames_due,
+    ends_without_picture,
+    report_end,
+    triggers_remain,
+    triggers_that_end,
+)
 from usdsdg.app.saved_graph import author_run, warn_of_idle_triggers
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.app.sub_frames import SubFrames
@@ -34,7 +41,6 @@ from usdsdg.session.devices.memory import device_memory
 from usdsdg.session.endings.interrupted_frame import InterruptedFrame
 from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.interpreter_lock import switching_soon
-from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import captures_on_play
 from usdsdg.session.timeline import get_timeline
@@ -296,12 +302,10 @@ class Orchestrator:
                     if self._playback.has_ended:
                         break
                 yield
+            report_end(num_frames, self.captures, self._last)
         finally:
             if self._run is this:
                 self._run, self._last, self.capture.expected_frames = None, None, expected_before
-        if num_frames is None:
-            made = get_run().own_frames(self.captures)
-            report_frames(made, made)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

@@ -2,8 +2,11 @@
 
 from usdsdg.app.status import OrchestratorError
 from usdsdg.capture.requests import is_watched
+from usdsdg.errors import counted
 from usdsdg.graph import evaluate
+from usdsdg.session import progress
 from usdsdg.writers.base import attached_writers, trigger_of
+from usdsdg.writers.journal.run import get_run
 
 # The input of `on_time_end`, which fires for the last picture of an interval, and not for the first of the next one.
 ON_LAST_FRAME = "triggerOnLastFrame"
@@ -13,6 +16,23 @@ def all_ended(captures: int) -> bool:
     """Return whether there are triggers, all of which have come to the end of their `max_execs`, before a frame."""
     triggers = evaluate.graph().triggers
     return bool(triggers) and all(trigger.max_execs and _has_ended(trigger, captures) for trigger in triggers)
+
+
+def report_end(num_frames: int | None, captures: int, last: int | None) -> None:
+    """Report how many frames there are after a run that has not captured all that it was to, and say why.
+
+    num_frames: how many it was to capture; None: as many as the triggers want. captures, last: how many frames there
+        are, and how many there would be; None: that was not known.
+    """
+    if last is not None and captures >= last:
+        return
+    made = get_run().own_frames(captures)
+    progress.report_frames(made, made)
+    if last is not None and evaluate.graph().triggers:
+        progress.say(
+            f"the run ended {counted(last - captures, 'frame')} before the {num_frames} of "
+            f"run(num_frames={num_frames}): all triggers have reached their max_execs (num_frames of on_frame)"
+        )
 
 
 def _has_ended(trigger: evaluate.Trigger, captures: int) -> bool:

@@ -1,5 +1,6 @@
 """USD and mesh files of an asset folder."""
 
+import os
 import re
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from usdsdg.stage.assets.folder_files import files_in
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz", *assets.MESHES)
 
 
-def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
+def usd_files(folder: str | os.PathLike, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
     """Return the sorted paths of the USD and mesh files in a folder (or in a URL below the assets root).
 
     Where the folder is missing and assets have stand-ins, it is the one that has the name of the folder.
@@ -24,6 +25,7 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
         AssetUnreadable: this user may not read it, or a folder in it.
         ArgumentError: `path_filter` is not a regular expression.
     """
+    folder = os.fspath(folder)
     try:
         root = Path(assets.locate(folder))
     except (AssetError, Unsupported) as error:

@@ -32,7 +32,10 @@ class Registry(Generic[Member]):
             the registry's error: `name` is taken and `override` is False.
         """
         if not override and name in self._members:
-            raise self._error(f"A {self.family} named {name!r} exists already. Choose another name or unregister it.")
+            article = "An" if self.family[0] in "aeiou" else "A"
+            raise self._error(
+                f"{article} {self.family} named {name!r} exists already. Choose another name or unregister it."
+            )
         self._members[name] = member
 
     def get(self, name: str) -> Member:

@@ -66,7 +66,9 @@ class WriterOutput:
                 try:
                     writer.receive(payload)
                 except Exception as error:
-                    error.add_note(f"(raised when {type(writer).__name__} was handed frame {frame})")
+                    error.add_note(
+                        f"(raised when {type(writer).__name__} was handed frame {frame}{_keys_of(payload, error)})"
+                    )
                     if requests.files is not None and folder is not None:
                         said = f"{type(writer).__name__}: {type(error).__name__}: {error}"
                         requests.files.why.setdefault(folder, said)
@@ -110,6 +112,12 @@ class WriterOutput:
         if folder is not None and (name, folder) not in self._reported:
             self._reported.add((name, folder))
             say_once(f"{name} writes to {folder}")
+
+
+def _keys_of(payload: Mapping[str, Any], error: Exception) -> str:
+    """Return which keys a payload has, where an error is about one that it has not; else ""."""
+    is_unknown = isinstance(error, KeyError) and error.args and error.args[0] not in payload
+    return f", whose data have the keys {', '.join(map(repr, payload))}" if is_unknown else ""
 
 
 def _attached(writer: Writer, frames: Mapping[str, Frame]) -> dict[str, Frame]:

@@ -119,7 +119,17 @@ class Group(_Guessing, click.Group):
         if not args and not ctx.resilient_parsing:
             click.echo(ctx.get_help())
             ctx.exit(2)
-        return super().parse_args(ctx, args)
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if command := next((each for each in given if each in self.commands), None):
+                option, error.possibilities = error.option_name, None
+                error.message = (
+                    f"No such option {option!r} before the command. Options of a command stand after its name: "
+                    f"{ctx.info_name} {command} {option} ..."
+                )
+            raise
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         name = args[0]

@@ -8,7 +8,8 @@ from pxr import Sdf, Usd
 from usdsdg import modify
 from usdsdg.arguments.prim_names import prim_name
 from usdsdg.arguments.values import count_of, vector
-from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.errors import warn_once
+from usdsdg.graph.node import Node, ReplicatorItem, prim_paths, rep_function
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.poses.first_ops import author_first_pose
@@ -31,6 +32,7 @@ def create_objects(
     Raises:
         ArgumentError: `count` is not an integer, or negative. BadPrim: as for `new_object`.
     """
+    _warn_of_two_directions(arguments.get("rotation"), arguments.get("look_at"))
     if not (number := count_of(count)):
         return apply_common_arguments([], kind=node, name=name, **arguments)
     pose, others = _one_pose_for_all(arguments)
@@ -40,6 +42,11 @@ def create_objects(
         first, child = new_object(kind, name, parent, pose)
         define(current_stage(), child)
     return apply_common_arguments([first, *copies_of(first, number - 1)], kind=node, name=name, **others)
+
+
+def _warn_of_two_directions(rotation: Any, look_at: Any) -> None:
+    if rotation is not None and look_at is not None:
+        warn_once(f"{rep_function()}: rotation and look_at exclude each other, and only one of them counts; give that")
 
 
 def _one_pose_for_all(arguments: dict[str, Any]) -> tuple[dict[str, list[float]], dict[str, Any]]:
@@ -122,6 +129,7 @@ def apply_common_arguments(
     name: str | None = None,
 ) -> ReplicatorItem:
     """Write pose, labels and visibility of the objects at some paths, or schedule what is a distribution."""
+    _warn_of_two_directions(rotation, look_at)
     item = ReplicatorItem(Node(kind=kind, prims=tuple(objects), name=name))
     modify.apply_or_schedule_pose(
         item, position=position, pivot=pivot, rotation=rotation, scale=scale, look_at=look_at,

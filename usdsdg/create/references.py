@@ -15,7 +15,7 @@ from usdsdg.stage import assets
 
 
 def from_usd(
-    usd: str, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
+    usd: str | os.PathLike, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
     look_at_up_axis: Any = None, semantics: Any = None, count: int = 1, name: str | None = "Ref", parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Create `count` references to a USD or mesh file: `/Replicator/Ref_Xform/Ref`.
@@ -50,7 +50,7 @@ def from_usd(
 
 
 def from_dir(
-    dir_path: str, recursive: bool = False, path_filter: str | None = None, semantics: Any = None
+    dir_path: str | os.PathLike, recursive: bool = False, path_filter: str | None = None, semantics: Any = None
 ) -> ReplicatorItem:
     """Create one reference to each USD and mesh file of a folder, sorted by path.
 

@@ -36,32 +36,47 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     return item
 
 
-def sphere(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def sphere(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create spheres of one meter diameter; the module documents the arguments."""
     return _shape("Sphere", locals())
 
 
-def cube(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-         material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def cube(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create cubes with edges of one meter; the module documents the arguments."""
     return _shape("Cube", locals())
 
 
-def cylinder(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-             material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def cylinder(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create cylinders of one meter height and diameter along the up axis; the module documents the arguments."""
     return _shape("Cylinder", locals())
 
 
-def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-         material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def cone(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create cones of one meter height and base diameter, pointing up; the module documents the arguments."""
     return _shape("Cone", locals())
 
 
-def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def torus(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create tori around the up axis, tubes of half a meter around rings of one; the module documents the arguments.
 
     Raises:
@@ -70,8 +85,11 @@ def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, lo
     return _shape("Torus", locals())
 
 
-def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-         material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def disk(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create flat disks of one meter diameter, facing up; the module documents the arguments.
 
     Raises:
@@ -80,7 +98,10 @@ def disk(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
     return _shape("Disk", locals())
 
 
-def plane(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
-          material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
+def plane(
+    position: Any = None, scale: Any = None, pivot: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, semantics: Any = None, material: Any = None, visible: Any = True, as_mesh: bool = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
+) -> ReplicatorItem:  # fmt: skip
     """Create flat squares with edges of one meter, facing up; the module documents the arguments."""
     return _shape("Plane", locals())

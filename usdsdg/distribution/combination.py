@@ -63,7 +63,7 @@ class Combine(Distribution):
 add_kind("OgnCombine", ("distributions",), lambda inputs, name: Combine(inputs["distributions"], name))
 
 
-def combine(distributions: Sequence[Any], name: str | None = None):
+def combine(distributions: Sequence[Any], name: str | None = None) -> Distribution:
     """Combine distributions or numbers into vectors; `name` as in `uniform`.
 
     Each brings the next axis, one that draws vectors as many axes as they have.

@@ -233,7 +233,7 @@ def choice(
     seed: int | None = -1,
     with_replacements: bool = True,
     name: str | None = None,
-):
+) -> Distribution:
     """Sample one of `choices` per prim: values, paths, prims, a group, distributions, or the draws of one distribution.
 
     Of prims it is an item of those that are drawn: `with` it, or with it as `input_prims`, nodes act at each execution
@@ -253,7 +253,7 @@ def choice(
 
 def sequence(
     items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
-):
+) -> Distribution:
     """Cycle through `items`: each execution takes the next one, for all prims, or the next `stride`, one for each prim.
 
     Vectors, such as positions and colors, are taken one for each prim where no stride is given.

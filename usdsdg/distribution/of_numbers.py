@@ -105,7 +105,9 @@ for _type, _class, _bounds in (
     )
 
 
-def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+def uniform(
+    lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None
+) -> Distribution:
     """Sample uniformly from `lower` to `upper`: numbers, or tuples of equal length; a number is broadcast to a tuple.
 
     Draws are floats, also between integers: scripts write colors as (0, 0, 0) to (1, 1, 1). Written to an integer
@@ -120,11 +122,13 @@ def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = Non
     return Uniform(lower, upper, seed, name)
 
 
-def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+def normal(mean: Any, std: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None) -> Distribution:
     """Sample a Gaussian with `mean` and standard deviation `std` >= 0; `num_samples` and the rest as in `uniform`."""
     return Normal(mean, std, seed, name)
 
 
-def log_uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None):
+def log_uniform(
+    lower: Any, upper: Any, num_samples: int = 1, seed: int | None = None, name: str | None = None
+) -> Distribution:
     """Sample uniformly in the logarithm, from `lower` > 0 to `upper`; `num_samples` and the rest as in `uniform`."""
     return LogUniform(lower, upper, seed, name)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pxr import Usd
 
@@ -301,6 +302,14 @@ class ReplicatorItem:
         """The trigger (`evaluate.Trigger`) that this is the item of, or None."""
         return self._trigger
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            message = f"{type(self).__name__!r} object has no attribute {name!r}"
+            if hasattr(Usd.Prim, name):
+                message += "; its prims, which have it, are in the list item.get_output_prims()['prims']"
+            raise AttributeError(message, name=name, obj=self)
+
     def _repr_html_(self) -> str:
         from usdsdg.notebook.graphs import item_html
 
@@ -338,6 +347,8 @@ def prim_paths(items: Any) -> tuple[str, ...]:
         return items.prims
     if isinstance(items, str):
         return (items,)
+    if isinstance(items, os.PathLike):  # of an asset
+        return (PurePath(items).as_posix(),)
     if hasattr(items, "GetPath"):
         return (str(items.GetPath()),)
     if type(items).__name__ == "Path" and hasattr(items, "pathString"):
@@ -370,6 +381,8 @@ def plain(value: Any) -> Any:
         return str(value.GetPath())
     if type(value).__name__ == "Path" and hasattr(value, "pathString"):
         return value.pathString
+    if isinstance(value, os.PathLike):
+        return PurePath(value).as_posix()
     if isinstance(value, (list, tuple)):
         return type(value)(plain(each) for each in value)
     return value

@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
-from usdsdg.arguments.values import vector
+from usdsdg.arguments.values import shown, vector
 from usdsdg.distribution import Distribution, draw, is_vector
 from usdsdg.errors import ArgumentError, BadValue
 from usdsdg.graph.actions import action
@@ -99,9 +99,12 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
         attribute_type: USD's name of a type, such as "float" or "color3f", to create an attribute that does not exist.
 
     Raises:
+        ArgumentError: the name is no text.
         GraphError: at execution, a prim has no such attribute and no type is given, there is no such type, or the
             attribute does not take the value; the message names near misses and the script line.
     """
+    if not isinstance(name, str):
+        raise ArgumentError(f"modify.attribute: name is {shown(name)}; expected text, such as 'focalLength'")
     return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
 

@@ -6,8 +6,9 @@ from typing import Any
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
+from usdsdg.arguments.values import shown
 from usdsdg.distribution import Distribution, draw, one_of, options_of
-from usdsdg.errors import BadPrim, warn_once
+from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.label_sources import LabelSources, brings_labels
@@ -27,11 +28,14 @@ def material(value: Any, input_prims: Any = None, name: str | None = None) -> Re
     Raises:
         BadPrim: it is not on the stage, or not a material.
         AssetNotFound: there is no such MDL file.
+        ArgumentError: it is None or empty.
         GraphError: at execution, a distribution has sampled such a value.
     """
     if isinstance(value, Distribution):
         return act("OgnWriteMaterial", input_prims, name=name, value=value)
     listed = material_paths(value)
+    if not listed:
+        raise ArgumentError(f"modify.material: value is {shown(value)}; give at least one material")
     if len(listed) < 2 or (isinstance(value, ReplicatorItem) and len(listed) == _count_of(input_prims)):
         return bind_each(listed[0] if len(listed) == 1 else listed, input_prims)
     return act("OgnWriteMaterial", input_prims, name=name, value=one_of(listed, None))

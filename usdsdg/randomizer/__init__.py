@@ -1,7 +1,7 @@
 """Randomizers that write more than a single attribute: `rep.randomizer`."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
@@ -23,6 +23,12 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "randomizer", fn, override, fn_name)
+
+
+if TYPE_CHECKING:
+
+    def __getattr__(name: str) -> Any:
+        """Return what a script has registered, of which a type checker cannot know."""
 
 
 name_parameters(globals())

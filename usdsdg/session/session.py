@@ -208,6 +208,19 @@ class Session:
         for line in _imported("usdsdg.session.next_commands:next_commands")(folders):
             self.reporter.say(line)
 
+    def say_remarks(self) -> None:
+        """Say at the end of a program that has no command to do so what its author will not have wanted.
+
+        Nothing is said of one that an error has ended, of one that a person types line by line, and of the processes
+        that `multiprocessing` starts, which import the program again.
+        """
+        from multiprocessing import parent_process
+
+        is_whole = getattr(sys, "last_value", None) is None and not hasattr(sys, "ps1") and parent_process() is None
+        if is_whole and self._made("observations"):
+            for remark in _imported("usdsdg.session.remarks:remarks_of_program")():
+                self.reporter.say(f"remark: {remark}")
+
     def _made(self, *names: str) -> list[Any]:
         """Return the named members that have been used; the others have no state yet."""
         return [vars(self)[name] for name in names if name in vars(self)]
@@ -289,8 +302,8 @@ def restart() -> None:
             setattr(_session, name, part)
 
 
-def _exit_as_failed() -> None:
-    """Exit with code 1 if a file could not be written and no call has raised the failure.
+def _end_program() -> None:
+    """Say the last remarks; exit with code 1 if a file could not be written and no call has raised the failure.
 
     At exit neither an exception nor sys.exit changes the exit code any more; only `os._exit` does. Functions registered
     with atexit run last to first, so all that were registered after usdsdg was imported have run by now.
@@ -301,8 +314,9 @@ def _exit_as_failed() -> None:
             with contextlib.suppress(OSError, ValueError):  # closed, or a pipe without a reader
                 stream.flush()
         os._exit(1)
+    _session.say_remarks()
 
 
-atexit.register(_exit_as_failed)
+atexit.register(_end_program)
 hold_standard_descriptors()
 usd_threads.prepare_forks()

@@ -11,7 +11,7 @@ from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.stage import assets
 
 
-def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = None) -> list[str]:
+def get_usd_files(path: str | os.PathLike, recursive: bool = False, path_filter: str | None = None) -> list[str]:
     """Return the sorted paths of the USD files in a folder that match the regular expression `path_filter`.
 
     Of a USD file the path of that file is returned.
@@ -20,6 +20,7 @@ def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = 
         AssetNotFound: there is no such folder or file, or it is a file of another kind.
         ArgumentError: `path_filter` is not a regular expression.
     """
+    path = os.fspath(path)
     if path.lower().endswith(asset_folders.USD_SUFFIXES) and os.path.isfile(file := assets.resolve(path)):
         return [file]
     return asset_folders.usd_files(path, recursive=recursive, path_filter=path_filter)

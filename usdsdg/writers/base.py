@@ -15,7 +15,6 @@ from usdsdg.session.session import current
 from usdsdg.session.turns import in_turn
 from usdsdg.stage.world_values import WorldValues
 from usdsdg.writers import counters
-from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
 from usdsdg.writers.global_seed import global_seed
@@ -43,7 +42,7 @@ class Writer(ABC):
     The registry creates instances without `__init__`; `initialize` runs it.
     """
 
-    backend: BaseBackend | None = None
+    backend: Any = None  # a `BaseBackend`: to a type checker not one that may be None, for `write` does not ask
     version: str = "0.0.0"
     annotators: list[Any] = []
     metadata: dict[str, Any] = {}
@@ -124,6 +123,7 @@ class Writer(ABC):
         self._class_file = ClassFile()  # the folder may be another one
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
+        current().observations.unattached.append(type(self).__name__)
 
     @in_turn
     def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
@@ -154,8 +154,7 @@ class Writer(ABC):
         if self not in current().writers:
             current().writers.append(self)
         self._class_file.attach(self)
-        current().observations.writers.append(type(self).__name__)
-        current().observations.waits_for_calls |= trigger is None
+        current().observations.add_writer(type(self).__name__, waits_for_calls=trigger is None)
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """As `attach`."""

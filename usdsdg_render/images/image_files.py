@@ -258,8 +258,8 @@ def _read_exr(data: bytes, path: str) -> tuple[np.ndarray, int]:
         import OpenEXR  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise errors.AssetUnreadable(
-            f"{path}: OpenEXR files need the exr extra. Install it with `pip install usdsdg[exr]`, or convert the file "
-            f"to Radiance HDR."
+            f"{path}: OpenEXR files need the exr extra. Install it with `pip install 'usdsdg[exr]'`, or convert the "
+            "file to Radiance HDR."
         ) from None
     try:
         with OpenEXR.File(io.BytesIO(data)) as file:

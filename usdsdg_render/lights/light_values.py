@@ -13,6 +13,9 @@ from usdsdg_render.usd.color_spaces import current_color
 # Larger values overflow float32 in later computations.
 BRIGHTEST = 1e20
 
+# A color that is brighter is one in levels of 0 to 255: scripts that mean to exaggerate stay below.
+BRIGHTEST_COLOR = 16.0
+
 # The schema's fallbacks of `inputs:intensity` that are not 1.
 FIRST_INTENSITIES = {"DistantLight": 50000.0}
 # Inputs of UsdLuxShapingAPI, and those of UsdLuxShadowAPI beside its switch, with values that change nothing.
@@ -73,6 +76,12 @@ def emitted_color(prim: Usd.Prim) -> np.ndarray | None:
     # Channel by channel, since NumPy takes longer for so few. 2.0**exposure would raise where this is infinite.
     with np.errstate(over="ignore", invalid="ignore"):
         gain = float(np.exp2(exposure)) if exposure else 1.0
+    if max(color) > BRIGHTEST_COLOR:
+        errors.warn_once(
+            f"{prim.GetPath()}: inputs:color is {max(color):g}, which multiplies the intensity. Colors are 0 to 1: "
+            "divide levels of 0 to 255 by 255, and make lights brighter by their intensity.",
+            key="colors of lights in levels of 0 to 255",  # one for a thousand lights of a randomizer
+        )
     color = [channel * intensity * gain for channel in color]
     if light_value(prim, "enableColorTemperature", False):
         tint = temperature_color(light_number(prim, "colorTemperature", 6500.0)).tolist()

@@ -1,6 +1,7 @@
 """UsdLux to light rows: the schema's formulas, units, scale, shaping, and warnings."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -27,6 +28,16 @@ def light(kind, **inputs):
 
 def row_of(prim, meters_per_unit=1.0):
     return read_light(prim, np.array(local_to_world(prim)), meters_per_unit)
+
+
+@pytest.mark.parametrize(("level", "count"), [(255.0, 1), (2.0, 0)])
+def test_colors_in_levels_of_0_to_255_are_warned_of_once(level, count):
+    _, first = light("SphereLight", color=Gf.Vec3f(level, 0.0, 0.0))
+    _, second = light("RectLight", color=Gf.Vec3f(0.0, level, 0.0))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        row_of(first), row_of(second)
+    assert [str(each.message).startswith("/Light: inputs:color is 255") for each in said] == [True] * count
 
 
 def scaled(prim, *scale):

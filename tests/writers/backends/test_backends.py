@@ -81,6 +81,21 @@ def test_misspelt_backends_and_arguments_are_told_with_near_misses(tmp_path):
         registry.register("DiskBackend")
 
 
+@pytest.mark.parametrize("function", ["write_image", "write_array", "write_exr"])
+def test_path_and_data_that_have_changed_places_are_told(tmp_path, function):
+    backend = backends.get("DiskBackend", init_params={"output_dir": tmp_path})
+    with pytest.raises(WriterError, match=f"{function}: path is of type ndarray; give a path first, then the data"):
+        getattr(backend, function)(np.zeros((2, 2, 3), np.uint8), "a.png")
+
+
+@pytest.mark.parametrize(("data", "remedy"), [("text", r"encode\(\)"), ({"a": 1}, r"json\.dumps"), (3, r"json\.dumps")])
+def test_blobs_that_are_no_bytes_are_told(tmp_path, data, remedy):
+    backend = backends.get("DiskBackend", init_params={"output_dir": tmp_path})
+    with pytest.raises(WriterError, match=rf"a.txt: write_blob takes bytes, not \w+; .*{remedy}"):
+        backend.write_blob("a.txt", data)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_group_writes_everywhere(tmp_path):
     group = BackendGroup([DiskBackend(tmp_path / "a"), DiskBackend(tmp_path / "b")])
     group.schedule(files.write_json, path="x.json", data={})

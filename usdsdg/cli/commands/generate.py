@@ -36,7 +36,7 @@ from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.cli.options.map_option import map_option, use_maps, with_whole_paths
 from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH
+from usdsdg.cli.options.values import PATH, WholeRange
 from usdsdg.cli.part import run_here
 from usdsdg.errors import BadValue, counted
 
@@ -44,6 +44,8 @@ from usdsdg.errors import BadValue, counted
 RAY_THREADS, PARTS_ON_RAY = 2, 4
 # Options that name the output folder in other programs.
 _FOLDERS = ("o", "out", "output", "output_dir", "output_folder", "output_path")
+# Options that name the configuration in other programs.
+_FILES = ("c", "config", "config_file", "f", "file")
 
 
 def _meant(name: str) -> str:
@@ -57,6 +59,8 @@ def _meant(name: str) -> str:
         given = value if equals else "..."
         of_writer = f"--set writer_kwargs.output_dir={given}"
         return f"The folder of the dataset is a key: --set output_dir={given}, in object-based jobs {of_writer}"
+    if key in _FILES:
+        return f"The configuration is given without an option: usdsdg generate {value or 'job.yaml'}"
     if key.partition(".")[0] not in keys_of_jobs():
         return ""
     return f"Keys of the configuration are set by --set {key}={value if equals else '...'}"
@@ -76,7 +80,7 @@ def _meant(name: str) -> str:
 @device_option
 @physics_device_option
 @threads_option
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of the run.", show_default="the config's")
+@click.option("--seed", type=WholeRange(min=0), help="Seed of the run.", show_default="the config's")
 @semantic_classes_option
 @click.option("--frames", help="Make only these frames, as 0:500; `usdsdg merge` joins them.")
 @shard_option

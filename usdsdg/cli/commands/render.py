@@ -23,7 +23,7 @@ from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.cli.options.map_option import map_option, use_maps
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.options.values import PATH, PLACE, WholeRange
 from usdsdg.errors import OutputNotWritable, StageError
 
 if TYPE_CHECKING:
@@ -42,12 +42,10 @@ def _meant(name: str) -> str:
 @argument("stage", type=PATH, help="A USD file.")
 @argument("output", type=PLACE, help="Folder or URL for the images and label arrays.")
 @click.option("--camera", help="Path of the camera.", show_default="the stage's first, else one that sees everything")
-@click.option("--width", type=click.IntRange(min=1), default=640, show_default=True)
-@click.option("--height", type=click.IntRange(min=1), default=480, show_default=True)
+@click.option("--width", type=WholeRange(min=1), default=640, show_default=True)
+@click.option("--height", type=WholeRange(min=1), default=480, show_default=True)
 @click.option("--time", type=float, help="Time code to render.", show_default="where the stage's animation begins")
-@click.option(
-    "--spp", type=click.IntRange(min=1, max=1 << 20), default=64, help="Samples per pixel.", show_default=True
-)
+@click.option("--spp", type=WholeRange(min=1, max=1 << 20), default=64, help="Samples per pixel.", show_default=True)
 @map_option
 @assets_root_option
 @device_option

@@ -38,7 +38,7 @@ from usdsdg.cli.options.file_kinds import YAML, FileKind, check_kind, check_scri
 from usdsdg.cli.options.map_option import map_option
 from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH, PLACE, Member
+from usdsdg.cli.options.values import PATH, PLACE, Member, WholeRange
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.cli.script.workers import ScriptWorkers, caught_code, check_part
@@ -99,7 +99,7 @@ _ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 @threads_option
 @click.option(
     "--worlds",
-    type=click.IntRange(min=1),
+    type=WholeRange(min=1),
     default=1,
     help="Draw and path-trace so many frames together, where the graph alone decides what they show; the files are "
     "the same. A script that captures frame by frame makes so many at each step.",

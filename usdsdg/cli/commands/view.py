@@ -10,7 +10,7 @@ from usdsdg.cli.options.command_context import assets_root_option, command_conte
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.cli.options.map_option import map_option, use_maps
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.options.values import PATH, PLACE, WholeRange
 from usdsdg.errors import ConfigError
 
 
@@ -29,7 +29,7 @@ from usdsdg.errors import ConfigError
 )
 @click.option(
     "--port",
-    type=click.IntRange(min=0, max=65535),
+    type=WholeRange(min=0, max=65535),
     default=0,
     help="Port of the page on 127.0.0.1.",
     show_default="a free one",
@@ -38,7 +38,7 @@ from usdsdg.errors import ConfigError
 @assets_root_option
 @device_option
 @threads_option
-@click.option("--seed", type=click.IntRange(min=0), help="Seed of the run.", show_default="0, or the configuration's")
+@click.option("--seed", type=WholeRange(min=0), help="Seed of the run.", show_default="0, or the configuration's")
 @quiet_option
 def view(
     source: Path,

@@ -20,7 +20,7 @@ from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
-from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.options.values import PATH, PLACE, WholeRange
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
 from usdsdg.session import progress
@@ -53,7 +53,7 @@ physics_device_option = click.option(
 )
 seed_option = click.option(
     "--seed",
-    type=click.IntRange(min=0),
+    type=WholeRange(min=0),
     default=0,
     help="Seed of the run; the same seed writes the same bytes.",
     show_default=True,

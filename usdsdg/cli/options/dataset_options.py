@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from usdsdg.cli.options.class_file import class_file
-from usdsdg.cli.options.values import NumberRange
+from usdsdg.cli.options.values import NumberRange, WholeRange
 from usdsdg.errors import BadValue, counted
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ allow_outside_option = click.option(
 )
 workers_option = click.option(
     "--workers",
-    type=click.IntRange(min=1),
+    type=WholeRange(min=1),
     help="Let so many processes make the frames, in parts.",
     show_default="this process alone",
 )
@@ -82,6 +82,11 @@ def begin_run(
         raise BadValue("--resume continues an earlier run and --overwrite removes it: give only one of them")
     if frames is not None and shard is not None:
         raise BadValue("--frames and --shard both choose frames: give only one of them")
+    if command == recipe.GENERATE and frames is not None and frames.strip().isdecimal():
+        raise BadValue(
+            f"--frames {frames!r}: expected A:B, which makes only these frames, such as 0:500. How many a job has is a "
+            f"key: --set num_frames={frames.strip()}"
+        )
     portion = Portion.of_frames(frames) if frames is not None else None
     if portion is not None and total is not None and portion.first >= total:
         raise BadValue(f"--frames {frames}: the run has {counted(total, 'frame')}, counted from 0; give some of them")

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import click
 
+from usdsdg.cli.options.values import WholeRange
 from usdsdg.cli.output import print_lines
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
@@ -23,7 +24,7 @@ def limit_option(of_what: str) -> Callable[[Callable[..., None]], Callable[..., 
     """Return the option `--limit`, of at most so many lines."""
     return click.option(
         "--limit",
-        type=click.IntRange(min=1),
+        type=WholeRange(min=1),
         default=200,
         help=f"Print at most this many {of_what}.",
         show_default=True,

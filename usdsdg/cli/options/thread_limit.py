@@ -5,12 +5,14 @@ import sys
 
 import click
 
+from usdsdg.cli.options.values import WholeRange
+
 # Libraries read these when they are loaded: NumPy, OpenCV, PyTorch and others.
 _OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 threads_option = click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=WholeRange(min=1),
     help="Threads that render, write files or compile at a time, in USD and other libraries too.",
     show_default="the CPUs that it may use",
 )

@@ -26,6 +26,12 @@ class Member(click.Choice):
         return self._kind(super().convert(value, param, ctx))
 
 
+class WholeRange(click.IntRange):
+    """A whole number between bounds, which click calls an integer range in its errors."""
+
+    name = "whole number"
+
+
 class NumberRange(click.FloatRange):
     """A number between bounds. `nan`, which click takes, is neither above nor below one."""
 

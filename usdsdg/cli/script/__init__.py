@@ -1,1 +1,1 @@
-"""The work of `usdsdg run`: the conditions under which a script runs, its execution, and the remarks at its end."""
+"""The work of `usdsdg run`: the conditions under which a script runs, its execution, and what is said at its end."""

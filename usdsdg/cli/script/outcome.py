@@ -17,8 +17,8 @@ def reported_outcome(*, caught_code: int = 1) -> Iterator[None]:
         MissingAssets: assets were missing, and the body did not end with this error.
         ReachedEnd: with `caught_code`, since the script caught an error of a writer, of physics or of an asset.
     """
-    from usdsdg.cli.script.remarks import remarks
     from usdsdg.errors import take_swallowed
+    from usdsdg.session.remarks import remarks
     from usdsdg.stage import assets
 
     try:

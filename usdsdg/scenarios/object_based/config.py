@@ -110,7 +110,9 @@ class ObjectBasedConfig(Section):
     disable_render_products_between_captures: Flag = Field(True, description="true or false")
     simulation_duration_between_captures: Seconds = Field(0.025, description="seconds, 0 to 3600")
     settle: Flag = Field(False, description="true or false: whether all come to rest before the first frame")
-    resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
+    resolution: tuple[AtLeastOne, AtLeastOne] = Field(
+        (640, 480), description="width and height in pixels, as in [640, 480]"
+    )
     camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")
     camera_look_at_target_offset: LengthOrNone = Field(0.2, description="meters, 0 or more")
     camera_distance_to_target_min_max: Range = Field(

@@ -95,7 +95,8 @@ class JobConfig(Section):
         default=1, description="fewest visible pixels of an object that is labeled, 1 or more"
     )
     resolution: tuple[AtLeastOne, AtLeastOne] | None = Field(
-        default=None, description="width and height in pixels; null for those of the calibration, or 640 x 480"
+        default=None,
+        description="width and height in pixels, as in [320, 240]; null for the calibration's, or 640 x 480",
     )
     rendering: Rendering = Field(default=Rendering(), description="a mapping with samples and path_tracing")
     seed: Seed = Field(default=0, description="a whole number, 0 or more; the same seed gives the same dataset")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from usdsdg.errors import PhysicsError
 from usdsdg.session.session import current
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import known_device, quiet_warp
 
 
 def use_device(device: str | None, *, physics: str | None = None) -> None:
@@ -34,14 +34,10 @@ def _checked_physics_device(device: str) -> str:
     """
     if device == "cpu":
         return device  # without Warp, which takes time to load
-    quiet_warp()
-    import warp as wp
-
     try:
-        return wp.get_device(device).alias
-    except (ValueError, RuntimeError) as error:
-        known = ", ".join(each.alias for each in wp.get_devices())
-        raise PhysicsError(f"cannot simulate on {device!r}: {error}. Devices here: {known}.") from error
+        return known_device(device)
+    except ValueError as error:
+        raise PhysicsError(f"cannot simulate on {device!r}: {error}") from error
 
 
 def renderer_device() -> str:

@@ -175,7 +175,7 @@ def _normalized(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, 
         values = [values] if isinstance(values, str) else list(values)
         for text in (semantic_type, *values):
             if not isinstance(text, str) or not text.strip():
-                raise ValueError(f"labels and their types are non-empty strings, not {text!r} (in {labels!r})")
+                raise errors.BadValue(f"labels and their types are non-empty strings, not {text!r} (in {labels!r})")
         extend(wanted, semantic_type, values)  # pyright: ignore[reportArgumentType]  # a str, checked above
     return wanted
 

@@ -5,6 +5,7 @@ import os
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
+from usdsdg.errors import WriterArgumentError
 from usdsdg.session.session import current
 from usdsdg.snapshots import snapshot
 from usdsdg.writers import files
@@ -107,15 +108,40 @@ class BaseBackend:
 
     def write_image(self, path: str, data: Any, **options: Any) -> None:
         """Schedule an image; arguments and errors are those of `functional.write_image`."""
-        self.schedule(files.write_image, path=path, data=data, **options)
+        self.schedule(files.write_image, path=checked_name(path, "write_image"), data=data, **options)
 
     def write_array(self, path: str, data: Any) -> None:
         """Schedule a .npy array; see `functional.write_np`."""
-        self.schedule(files.write_np, path=path, data=data)
+        self.schedule(files.write_np, path=checked_name(path, "write_array"), data=data)
 
     def write_exr(self, path: str, data: Any, **options: Any) -> None:
         """Schedule an EXR image; arguments and errors are those of `functional.write_exr`."""
-        self.schedule(files.write_exr, path=path, data=data, **options)
+        self.schedule(files.write_exr, path=checked_name(path, "write_exr"), data=data, **options)
+
+
+def checked_name(path: Any, function: str) -> Any:
+    """Return the path of a file that a method of backends was given.
+
+    Raises:
+        WriterArgumentError: it is no path, as where path and data have changed places.
+    """
+    if isinstance(path, (str, os.PathLike)):
+        return path
+    raise WriterArgumentError(f"{function}: path is of type {type(path).__name__}; give a path first, then the data.")
+
+
+def checked_blob(path: str, data: Any) -> Any:
+    """Return what `write_blob` shall store.
+
+    Raises:
+        WriterArgumentError: it is no bytes.
+    """
+    try:
+        memoryview(data)
+    except TypeError:
+        remedy = "encode text by its encode()" if isinstance(data, str) else "other data by json.dumps(data).encode()"
+        raise WriterArgumentError(f"{path}: write_blob takes bytes, not {type(data).__name__}; {remedy}.") from None
+    return data
 
 
 def _call(fn: Callable[..., None], /, *args: Any, **kwargs: Any) -> None:

@@ -9,7 +9,7 @@ from usdsdg.session.session import current
 from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import name_below, path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
-from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.backend import BaseBackend, checked_blob
 from usdsdg.writers.journal.numbered import next_writers_folder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
@@ -75,10 +75,10 @@ class DiskBackend(BaseBackend):
         """Store `data` in the file `path` below the output folder, which appears whole or not at all.
 
         Raises:
-            WriterError: as `resolve_path`.
+            WriterError: as `resolve_path`, and for data that are no bytes.
             OutputNotWritable: the file cannot be written.
         """
-        self._write(path, [data])
+        self._write(path, [checked_blob(path, data)])
 
     def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
         """As `write_blob`, without a copy of all chunks in one piece."""

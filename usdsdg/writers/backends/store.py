@@ -15,7 +15,7 @@ from usdsdg.stores.folder import FolderStore
 from usdsdg.stores.object_store import ObjectStore
 from usdsdg.stores.paths import checked_path
 from usdsdg.stores.retries import retry_seconds
-from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.backend import BaseBackend, checked_blob
 from usdsdg.writers.journal.place import StorePlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 
@@ -118,10 +118,10 @@ class StoreBackend(BaseBackend):
         """Store `data`, in parts if it is large; it is there whole or not at all.
 
         Raises:
-            WriterError: as `resolve_path`.
+            WriterError: as `resolve_path`, and for data that are no bytes.
             OutputNotWritable: the server refused it, or did not answer again and again.
         """
-        self._write(path, data)
+        self._write(path, checked_blob(path, data))
 
     def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
         """As `write_blob`, without a copy of all chunks in one piece."""

@@ -7,7 +7,7 @@ from PIL import Image
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import street
 from tests.dataset_files import data_names
-from tests.writers.formats.test_writer_kitti import PRODUCT, lines, write
+from tests.writers.formats.kitti.test_writer_kitti import PRODUCT, lines, write
 from usdsdg import writers
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.formats import kitti

@@ -10,8 +10,8 @@ import usdsdg as rep
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
 from tests.dataset_files import data_names
-from tests.writers.formats.test_polygons import filled
-from tests.writers.formats.test_run_length import decoded
+from tests.writers.formats.shapes.test_polygons import filled
+from tests.writers.formats.shapes.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.cli.test_options import output_of
+from tests.cli.options.test_options import output_of
 from usdsdg.cli.commands import warmup
 
 

@@ -14,13 +14,13 @@ from PIL import Image
 from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
 from tests.annotators.scenes import mask_of, street
 from tests.dataset_files import data_names
-from tests.writers.formats.test_run_length import decoded
+from tests.writers.formats.shapes.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.writers import spool
 from usdsdg.writers.formats.coco.coco_categories import Categories
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 PRODUCT = "/Render/HydraTextures/rp1"
 FRUIT = {
     "Apple": {"name": "apple", "id": 7, "supercategory": "fruit", "color": [10, 200, 30], "isthing": 1},
