@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from click.exceptions import Exit
 
 from usdsdg.cli.options.again_options import How
-from usdsdg.cli.options.command_context import as_usdsdg_error, finish_files, fix_classes, seed_everything
+from usdsdg.cli.options.command_context import as_usdsdg_error, finish_files, seed_everything
 from usdsdg.cli.options.map_option import use_maps
 from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
@@ -118,7 +118,7 @@ def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, po
                 kept.enter_context(read_only(each))
             kept.enter_context(interpreter_restored())
             try:
-                _make(recipe, file, datasets[0], scratch, how)
+                _make(recipe, file, scratch, how)
                 failure = ""
             except Exit as ended:  # only of this script: other datasets have others
                 failure = f"{file} ended with exit code {ended.exit_code}"
@@ -192,12 +192,14 @@ def _now(recipe: Recipe) -> Recipe:
     return replace(recipe, versions=installed(), device=devices.renderer_device_kind(), classes=None)
 
 
-def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> None:
+def _make(recipe: Recipe, file: Path, scratch: Path, how: How) -> None:
     """Run the configuration or script as the recipe says; what that of another recipe has set is undone."""
     from usdsdg import errors
+    from usdsdg.annotators.class_table import CLASSES
     from usdsdg.graph.sampling import set_global_seed
     from usdsdg.session import devices
     from usdsdg.session.session import current
+    from usdsdg.settings import set_semantic_classes
     from usdsdg.stage import assets
     from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
@@ -206,8 +208,9 @@ def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> 
     assets.set_on_missing(assets.OnMissing.RAISE)
     errors.set_lenient(False)
     arguments = [_argument(each, scratch) for each in recipe.arguments]
-    if recipe.classes is not None:
-        fix_classes(str(folder))
+    classes = recipe.settings.get(CLASSES)
+    if recipe.classes is not None and not isinstance(classes, str):  # what is run names a file, and sets it again
+        set_semantic_classes(classes)
     if recipe.command == GENERATE:
         use_maps(how.maps, file)
         _generate(file, arguments)

@@ -304,9 +304,11 @@ def fix_classes(given: str | None) -> None:
     """Fix the classes of the dataset, if the user has given any."""
     if given is not None:
         from usdsdg.settings import set_semantic_classes
+        from usdsdg.stage.semantics.semantic_classes import read_class_file
 
         file = class_file(given)
-        set_semantic_classes(str(file) if file else [name.strip() for name in given.split(",")])
+        # The content, not the path: the recipe keeps this setting, and the file may change or go.
+        set_semantic_classes(read_class_file(file) if file else [name.strip() for name in given.split(",")])
 
 
 def finish_files() -> None:

@@ -100,7 +100,8 @@ class Keypoints:
             if label.lower() not in by_label:
                 raise WriterError(
                     f"CocoWriter: keypoints are given for {label!r}, which is no category; there are "
-                    f"{', '.join(sorted(by_label))}."
+                    f"{', '.join(sorted(by_label))}. List a class that later frames bring in semantic_classes, or in "
+                    "coco_categories."
                 )
             found[by_label[label.lower()]] = skeleton
         names: dict[int, set[str]] = {}
@@ -131,7 +132,8 @@ class Keypoints:
         if new:
             raise WriterError(
                 f"CocoWriter: the keypoints {', '.join(new)} of {category['name']} are new, and COCO has as many in "
-                f"all pictures. Name all in the writer's option keypoints: {{{category['name']!r}: [...]}}."
+                f"all pictures. Name all in the writer's option keypoints: {{{category['name']!r}: [...]}}. If the "
+                "class is new, too, list it in semantic_classes."
             )
         return {} if skeleton is None else skeleton.numbers(seen)
 
