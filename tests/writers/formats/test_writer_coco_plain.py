@@ -243,7 +243,9 @@ def test_keypoints_of_a_class_that_a_later_frame_brings(stage, tmp_path):
     assert (named["late"]["keypoints"], named["cube"]["keypoints"]) == (["top"], ["front", "far", "back"])
     brought = rep.functional.create.cube(position=(0, 0, -1.5), semantics={"class": "brought"})
     rep.functional.modify.keypoints(brought, {"top": (0, 0, 0.5)})
-    with pytest.raises(WriterError, match=r"of brought are new.* If the class is new, too, list it in semantic_classes"):
+    with pytest.raises(
+        WriterError, match=r"of brought are new.* If the class is new, too, list it in semantic_classes"
+    ):
         rep.orchestrator.step()
     writer.detach()
 
