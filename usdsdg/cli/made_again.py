@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from click.exceptions import Exit
 
 from usdsdg.cli.options.again_options import How
-from usdsdg.cli.options.command_context import as_usdsdg_error, finish_files, seed_everything
+from usdsdg.cli.options.command_context import as_usdsdg_error, finish_files, fix_classes, seed_everything
 from usdsdg.cli.options.map_option import use_maps
 from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
@@ -195,22 +195,20 @@ def _now(recipe: Recipe) -> Recipe:
 def _make(recipe: Recipe, file: Path, scratch: Path, how: How) -> None:
     """Run the configuration or script as the recipe says; what that of another recipe has set is undone."""
     from usdsdg import errors
-    from usdsdg.annotators.class_table import CLASSES
     from usdsdg.graph.sampling import set_global_seed
     from usdsdg.session import devices
     from usdsdg.session.session import current
-    from usdsdg.settings import set_semantic_classes
     from usdsdg.stage import assets
-    from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
+    from usdsdg.writers.journal.recipe import CLASSES_SETTING, GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
     devices.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
     assets.set_maps([assets.PathMap.parse(each) for each in how.maps])
     assets.set_on_missing(assets.OnMissing.RAISE)
     errors.set_lenient(False)
     arguments = [_argument(each, scratch) for each in recipe.arguments]
-    classes = recipe.settings.get(CLASSES)
+    classes = recipe.settings.get(CLASSES_SETTING)
     if recipe.classes is not None and not isinstance(classes, str):  # what is run names a file, and sets it again
-        set_semantic_classes(classes)
+        fix_classes(classes)
     if recipe.command == GENERATE:
         use_maps(how.maps, file)
         _generate(file, arguments)

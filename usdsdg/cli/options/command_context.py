@@ -300,15 +300,18 @@ def seed_everything(seed: int) -> None:
     np.random.seed(seed & 0xFFFFFFFF)
 
 
-def fix_classes(given: str | None) -> None:
-    """Fix the classes of the dataset, if the user has given any."""
-    if given is not None:
-        from usdsdg.settings import set_semantic_classes
-        from usdsdg.stage.semantics.semantic_classes import read_class_file
+def fix_classes(given: Any) -> None:
+    """Fix the classes of the dataset, if the user has given any: by the option's text, or as `semantic_classes`."""
+    if given is None:
+        return
+    from usdsdg.settings import set_semantic_classes
+    from usdsdg.stage.semantics.semantic_classes import read_class_file
 
+    if isinstance(given, str):
         file = class_file(given)
         # The content, not the path: the recipe keeps this setting, and the file may change or go.
-        set_semantic_classes(read_class_file(file) if file else [name.strip() for name in given.split(",")])
+        given = read_class_file(file) if file else [name.strip() for name in given.split(",")]
+    set_semantic_classes(given)
 
 
 def finish_files() -> None:
