@@ -83,6 +83,7 @@ def _placed(seen: Seen, files: OwnFiles, truth: Truth, camera: CameraView, other
     if wrong.any():
         first = int(wrong.argmax())
         yield Fault(
-            files.file, seen.name, f"{int(wrong.sum())} of {int(known.sum())} points are elsewhere in {other.prim_path}",
+            files.file, seen.name,
+            f"{int(wrong.sum())} of {int(known.sum())} points are elsewhere in {other.prim_path}",
             str(expected[known][first].tolist()), str(found[known][first].tolist()),
         )  # fmt: skip
