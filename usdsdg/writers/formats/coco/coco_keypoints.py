@@ -139,13 +139,18 @@ class Keypoints:
 
 
 def rows(payload: Mapping[str, Any]) -> Rows:
-    """Return column, row [pixels] and visibility of each keypoint, by instance id and name, of `keypoints`."""
+    """Return column, row [pixels] and visibility of each keypoint, by instance id and name, of `keypoints`.
+
+    Of several of one name, which parts of an object may have, the last in the picture counts.
+    """
     found: dict[int, dict[str, tuple[float, float, int]]] = {}
     names = payload["keypointNames"]
     for row in payload["data"]:
         x, y = (float(np.round(float(row[axis]), 3)) for axis in "xy")
         own = found.setdefault(int(row["instanceId"]), {})
-        own[names[int(row["keypointId"])]] = (x, y, int(row["visibility"]))
+        name = names[int(row["keypointId"])]
+        if row["visibility"] or name not in own:
+            own[name] = (x, y, int(row["visibility"]))
     return found
 
 
