@@ -48,7 +48,8 @@ def seen_of(
 ) -> Seen:
     """Return what a sample of a shard says.
 
-    name: of the writer. classes_file: which names the classes. load: returns name and bytes of the member that is the image, the ids or the depth.
+    name: of the writer. classes_file: which names the classes. load: returns name and bytes of the member that is the
+        image, the ids or the depth.
     """
     frame, view = int(facts["frame"]), str(facts["view"])
     seen = Seen(name, str(facts["key"]), "", [file], _truth(folder, name, frame, view))
