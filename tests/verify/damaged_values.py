@@ -300,6 +300,7 @@ TABLES = [
     Damage("labels of the task are gone", "cvat", "labels.json", remove),
     Damage("the description is gone", "yolo", "data.yaml", remove),
     Damage("the index of shards is gone", "webdataset", "index.json", remove),
+    Damage("a class of the index that no object has", "webdataset", "index.json", put("classes", -1, value="x")),
 ]
 
 

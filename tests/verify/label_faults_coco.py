@@ -153,6 +153,28 @@ def _panoptic(folder: Path, change: Callable[[dict], None]) -> None:
         )
 
 
+@kind("panoptic categories with the names of others", "coco_plain")
+def _(folder: Path) -> None:
+    def turn(values: dict) -> None:
+        names = [each["name"] for each in values["categories"]]
+        for each, name in zip(values["categories"], names[1:] + names[:1]):
+            each["name"] = each["supercategory"] = name
+
+    for path in folder.glob("annotations/panoptic_*.json"):
+        edit_json(path, turn)
+
+
+@kind("panoptic images of another size", "coco_plain")
+def _(folder: Path) -> None:
+    for path in folder.glob("annotations/panoptic_*.json"):
+        edit_json(path, lambda values: [each.update(width=2 * each["width"]) for each in values["images"]] and None)
+
+
+@kind("segments that are crowds", "coco_plain")
+def _(folder: Path) -> None:
+    _panoptic(folder, lambda each: each.update(iscrowd=1))
+
+
 @kind("ids of segments as BGR", "coco_plain")
 def _(folder: Path) -> None:
     for path in folder.glob("annotations/panoptic_*/*.png"):

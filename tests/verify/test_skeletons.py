@@ -17,8 +17,8 @@ from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.verify import verify
 
 
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory):
+@pytest.fixture(scope="module", params=[("rgb", "instance_id_segmentation"), ()], ids=["beside images", "alone"])
+def clean(request, tmp_path_factory):
     """A frame with a character that a box hides in part, one that reaches out of the picture, and one behind it."""
     folder = tmp_path_factory.mktemp("skeletons")
     session.restart()
@@ -30,7 +30,7 @@ def clean(tmp_path_factory):
     camera.CreateFocalLengthAttr(20)
     camera.AddTransformOp().Set(Gf.Matrix4d(look_at_matrix((-5, 0, 5), (0, 0, 0))))
     writer = rep.writers.get("BasicWriter")
-    writer.initialize(output_dir=str(folder), rgb=True, skeleton_data=True, instance_id_segmentation=True)
+    writer.initialize(output_dir=str(folder), skeleton_data=True, **dict.fromkeys(request.param, True))
     writer.attach([rep.create.render_product("/World/Camera", (64, 48))])
     rep.orchestrator.step(delta_time=0.0)
     rep.orchestrator.wait_until_complete()

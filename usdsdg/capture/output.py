@@ -128,6 +128,7 @@ def append_to_journals() -> None:
     """Let the queue append frames that are whole to the journals of their folders, if it is time."""
     run = get_run()
     if run.is_due():
+        run.follow_moved(in_use={folder_of(each) for each in attached_writers()})
         current().io_queue.submit(run.append, what="the journal", size=0, owner=run, turn="journal")
 
 

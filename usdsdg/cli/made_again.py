@@ -118,7 +118,7 @@ def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, po
                 kept.enter_context(read_only(each))
             kept.enter_context(interpreter_restored())
             try:
-                _make(recipe, file, datasets[0], scratch, how)
+                _make(recipe, file, scratch, how)
                 failure = ""
             except Exit as ended:  # only of this script: other datasets have others
                 failure = f"{file} ended with exit code {ended.exit_code}"
@@ -192,22 +192,23 @@ def _now(recipe: Recipe) -> Recipe:
     return replace(recipe, versions=installed(), device=devices.renderer_device_kind(), classes=None)
 
 
-def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> None:
+def _make(recipe: Recipe, file: Path, scratch: Path, how: How) -> None:
     """Run the configuration or script as the recipe says; what that of another recipe has set is undone."""
     from usdsdg import errors
     from usdsdg.graph.sampling import set_global_seed
     from usdsdg.session import devices
     from usdsdg.session.session import current
     from usdsdg.stage import assets
-    from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
+    from usdsdg.writers.journal.recipe import CLASSES_SETTING, GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
     devices.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
     assets.set_maps([assets.PathMap.parse(each) for each in how.maps])
     assets.set_on_missing(assets.OnMissing.RAISE)
     errors.set_lenient(False)
     arguments = [_argument(each, scratch) for each in recipe.arguments]
-    if recipe.classes is not None:
-        fix_classes(str(folder))
+    classes = recipe.settings.get(CLASSES_SETTING)
+    if recipe.classes is not None and not isinstance(classes, str):  # what is run names a file, and sets it again
+        fix_classes(classes)
     if recipe.command == GENERATE:
         use_maps(how.maps, file)
         _generate(file, arguments)

@@ -113,11 +113,14 @@ class Truth:
     def keypoints(self, key: str) -> dict[str, dict[str, tuple[float, float, bool]]]:
         """Return column and row [pixels] of each keypoint, and whether it is in the picture, by thing and by name.
 
-        A keypoint belongs to the nearest prim above it that the filter `key` selects.
+        A keypoint belongs to the nearest prim above it that the filter `key` selects. Of several of one name the last
+        in the picture counts.
         """
         found: dict[str, dict[str, tuple[float, float, bool]]] = {}
         for owner, name, place in self.keypoints_in_turn(key):
-            found.setdefault(owner, {})[name] = place
+            own = found.setdefault(owner, {})
+            if place[2] or name not in own:
+                own[name] = place
         return found
 
     def keypoints_in_turn(self, key: str) -> Iterator[tuple[str, str, tuple[float, float, bool]]]:

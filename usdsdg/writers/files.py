@@ -289,7 +289,8 @@ def _png_ready(path: str, image: np.ndarray) -> np.ndarray:
     if image.dtype.kind in "iu" and image.dtype.itemsize > 2:
         if image.size and not 0 <= image.min() <= image.max() <= 0xFFFF:
             raise WriterError(
-                f"{path}: ids from {image.min()} to {image.max()} do not fit into a 16-bit PNG; use write_np."
+                f"{path}: ids from {image.min()} to {image.max()} do not fit into a 16-bit PNG. Write an array, by "
+                "write_np, or colors, as BasicWriter does with colorize_instance_segmentation."
             )
         return image.astype(np.uint16)
     return image

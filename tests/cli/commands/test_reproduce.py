@@ -153,6 +153,33 @@ print("made once")
 """
 
 
+CLASSES = """
+import sys
+import omni.replicator.core as rep
+rep.create.light(light_type="Dome")
+rep.create.cube(semantics=[("class", "cube"), ("part", "side")])
+rp = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
+for name, options in (("yolo", {}), ("parts", {"semantic_types": ["class", "part"]})):
+    writer = rep.WriterRegistry.get("YoloWriter")
+    writer.initialize(output_dir=f"{sys.argv[1]}/{name}", **options)
+    writer.attach(rp)
+rep.orchestrator.step()
+"""
+
+
+def test_classes_that_an_option_gave_are_given_again(tmp_path):
+    (tmp_path / "script.py").write_text(CLASSES)
+    classes = tmp_path / "classes.yaml"
+    classes.write_text("{cone: 2, cube: {id: 5, color: [1, 2, 3]}}")
+    command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--semantic-classes", str(classes)]
+    done = run([*command, str(tmp_path / "script.py"), str(tmp_path / "out")], fresh=True)
+    assert done.returncode == 0, done.stderr
+    classes.unlink()
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert done.stdout.count(" files equal, 0 different") == 2
+
+
 @in_soak
 def test_a_folder_of_several_formats_is_made_again_at_once_for_each_run(tmp_path):
     (tmp_path / "script.py").write_text(FORMATS)

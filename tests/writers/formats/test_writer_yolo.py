@@ -1,5 +1,7 @@
 """YoloWriter: its lines against the masks of the frame, and its files against what trainers expect."""
 
+import json
+
 import numpy as np
 import pytest
 import yaml
@@ -11,7 +13,7 @@ from tests.annotators.scenes import mask_of
 from tests.dataset_files import data_names
 from tests.writers.formats.shapes.test_polygons import filled
 from usdsdg import annotators, writers
-from usdsdg.errors import WriterError
+from usdsdg.errors import UsdsdgWarning, WriterError
 from usdsdg.session.session import current
 from usdsdg.verify import verify
 from usdsdg.writers.formats.splits import Splits
@@ -181,6 +183,31 @@ def test_keypoints_are_in_the_order_of_their_names(stage, tmp_path):
     # Both are on the line of sight to the box's center, up to perspective.
     assert np.abs(points[2, :2] - box[:2]).max() < 0.03
     assert plain[1][4:].tolist() == [0] * 9
+
+
+@pytest.mark.parametrize("far", [False, True])
+def test_of_keypoints_of_one_name_in_one_object_the_last_in_the_picture_is_written(stage, tmp_path, far):
+    create, modify = rep.functional.create, rep.functional.modify
+    body = create.xform(name="body", semantics={"class": "body"})
+    for index in range(2):
+        part = create.cube(parent=body, name=f"part{index}", position=(index, 0, 0), scale=0.5)
+        modify.keypoints(part, {"tip": (90 if far and index else 0, -0.5, 0)})
+    product = rep.create.render_product(create.camera(position=(0, -8, 0), look_at=(0, 0, 0)), (64, 48))
+    places = []
+    for name, options in (("YoloWriter", {"task": "pose"}), ("CocoWriter", {"plain_names": True, "keypoints": True})):
+        writer = rep.writers.get(name)
+        writer.initialize(output_dir=str(tmp_path / name), **options)
+        writer.attach(product)
+    with pytest.warns(UsdsdgWarning, match="body/part0 and .*body/part1 are parts of one object .* of one name, tip"):
+        rep.orchestrator.step(delta_time=0.0)
+    rep.orchestrator.wait_until_complete()
+    (line,) = (tmp_path / "YoloWriter/labels/train/000000.txt").read_text().splitlines()
+    places.append(float(line.split()[5]) * 64)
+    (thing,) = json.loads((tmp_path / "CocoWriter/annotations/instances_train.json").read_text())["annotations"]
+    places.append(thing["keypoints"][0])
+    expected = 32 + (0 if far else 1) * 64 * 24 / 20.955 / 7.75
+    assert places == pytest.approx([expected] * 2, abs=2e-3)
+    assert verify(tmp_path / "CocoWriter").faults == []
 
 
 def test_keypoints_that_come_later_are_an_error(stage, tmp_path):

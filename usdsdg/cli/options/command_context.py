@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 from click.exceptions import Exit
@@ -300,13 +300,18 @@ def seed_everything(seed: int) -> None:
     np.random.seed(seed & 0xFFFFFFFF)
 
 
-def fix_classes(given: str | None) -> None:
-    """Fix the classes of the dataset, if the user has given any."""
-    if given is not None:
-        from usdsdg.settings import set_semantic_classes
+def fix_classes(given: Any) -> None:
+    """Fix the classes of the dataset, if the user has given any: by the option's text, or as `semantic_classes`."""
+    if given is None:
+        return
+    from usdsdg.settings import set_semantic_classes
+    from usdsdg.stage.semantics.semantic_classes import read_class_file
 
+    if isinstance(given, str):
         file = class_file(given)
-        set_semantic_classes(str(file) if file else [name.strip() for name in given.split(",")])
+        # The content, not the path: the recipe keeps this setting, and the file may change or go.
+        given = read_class_file(file) if file else [name.strip() for name in given.split(",")]
+    set_semantic_classes(given)
 
 
 def finish_files() -> None:

@@ -25,7 +25,7 @@ PICTURES = ("semantic_segmentation", "instance_segmentation", "instance_id_segme
 DEPTHS = ("distance_to_camera", "distance_to_image_plane")
 BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
 OTHERS = (
-    "motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?",
+    "motion_vectors", "occlusion", "skeleton", r"pointcloud(?:_(?:rgb|normals|semantic|instance))?(?=.*\.npy$)",
     "amodal_instance_segmentation", "visibility", "truncation", "object_coordinates", "keypoints",
     "bounding_box_2d_amodal", "oriented_bounding_box_2d(?:_amodal)?", "dense_correspondence(?:_visibility)?",
 )  # fmt: skip
@@ -48,6 +48,8 @@ _TABLES = {
 }
 _IMAGES = ("png", "jpg", "jpeg")
 _CLOUD = ("rgb", "normals", "semantic", "instance")
+# The folders of kinds that are not called as their annotators, by the beginning of the kind.
+_FOLDERS = {"pointcloud": "pointcloud", "dense_correspondence": "dense_correspondence", "skeleton": "skeleton_data"}
 _DEFAULT_FILTER = "class:*"
 
 SKELETONS = "skeletons"  # in `Seen.extra`
@@ -72,15 +74,16 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             part = "/".join(filter(None, (match["kind"], match["table"], match["ending"].lower())))
             found.setdefault((view_of(Path(file), match), match["number"]), {})[part] = file
     for (view, number), parts in sorted(found.items()):
-        if set(parts) != {"skeleton/json"}:
-            yield _seen(folder, view, number, parts)
+        yield _seen(folder, view, number, parts)
 
 
 def view_of(path: Path, match: re.Match[str]) -> str:
     """Return the render product: the part before the annotator in the file name or in its folders."""
-    # pointcloud_rgb is in the folder pointcloud.
-    own = (match["kind"], match["kind"].split("_")[0])
-    folders = [part for part in path.parent.parts if part not in own]
+    kind, folders = match["kind"], list(path.parent.parts)
+    own = next((folder for first, folder in _FOLDERS.items() if kind.startswith(first)), kind)
+    if own in folders:
+        # The last one: a product may be called as an annotator is.
+        del folders[len(folders) - 1 - folders[::-1].index(own)]
     return "/".join([*folders, *([match["view"]] if match["view"] else [])])
 
 

@@ -43,6 +43,7 @@ FORMS: Mapping[str, tuple[np.dtype, int]] = {
         ("position", "<f4", (3,)),
     ),
     "object_coordinates": (np.dtype("<f4"), 3),
+    "dense_correspondence": (np.dtype("<f4"), 3),
     "occlusion": _rows(("instanceId", "<u4"), ("semanticId", "<u4"), _RATIO),
     "distance_to_camera": (np.dtype("<f4"), 2),
     "distance_to_image_plane": (np.dtype("<f4"), 2),

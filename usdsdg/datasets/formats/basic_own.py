@@ -1,4 +1,4 @@
-"""BasicWriter's files of annotators beyond Replicator's: whole objects, visibility, coordinates, keypoints."""
+"""BasicWriter's files of annotators beyond Replicator's: of whole objects, points and correspondence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from usdsdg.datasets.seen import Seen
 BOXES = ("bounding_box_2d_amodal", "oriented_bounding_box_2d", "oriented_bounding_box_2d_amodal")
 ROWS = ("visibility", "truncation", "keypoints")
 MASKS, COORDINATES = "amodal_instance_segmentation", "object_coordinates"
-KINDS = (*BOXES, *ROWS, MASKS, COORDINATES)
+CORRESPONDENCE = "dense_correspondence"
+KINDS = (*BOXES, *ROWS, MASKS, COORDINATES, CORRESPONDENCE)
 OWN = "own"  # in `Seen.extra`
 
 
@@ -37,7 +38,7 @@ def read_own(folder: Folder, seen: Seen, parts: Mapping[str, str], default_filte
     """Add the files of an image to what is seen, by kind."""
     found = {}
     for kind in KINDS:
-        array, picture = parts.get(f"{kind}/npy"), parts.get(f"{kind}/png")
+        array, picture = parts.get(f"{kind}/npy"), parts.get(f"{kind}/png") or parts.get(f"{kind}_visibility/png")
         table = parts.get(f"{kind}/info/json") or parts.get(f"{kind}/labels/json")
         paths = parts.get(f"{kind}/prim_paths/json")
         if array is None and (table is None or kind != MASKS):

@@ -170,6 +170,11 @@ class Models:
         low = np.array([info[f"min_{axis}"] for axis in "xyz"], np.float64)
         return cuboids.box_keypoints(low, low + [info[f"size_{axis}"] for axis in "xyz"])
 
+    def class_id(self, number: int) -> int | None:
+        """Return the id of the class of a model; None where it has none in the table of classes."""
+        place = (number - 1) % VARIANT
+        return int(self._classes[place]["id"]) if place < len(self._classes) else None
+
     def label(self, number: int) -> str:
         """Return the name of the class of a model, or its file's where there is no table of classes."""
         place = (number - 1) % VARIANT

@@ -70,6 +70,10 @@ class _Tables:
             folder.faults.append(
                 Fault(file, "all", f"has not the images of {self.file}", str(len(mine)), f"{len(theirs)}, {len(found)}")
             )
+        for what, own in (("image", values["images"]), ("category", values["categories"])):
+            known = self.categories if what == "category" else {each["id"]: each for each in self.images}
+            for each in own:
+                _compare(folder, file, f"{what} {each['id']}", each, known.get(each["id"], {}), self.file)
         return found
 
 
@@ -78,6 +82,16 @@ def _check_ids(folder: Folder, file: str, values: Mapping[str, Any], sections: t
         repeated = [number for number, count in Counter(each["id"] for each in values[name]).items() if count > 1]
         if repeated:
             folder.faults.append(Fault(file, "all", f"several of `{name}` have one id", "", _listed(repeated)))
+
+
+def _compare(
+    folder: Folder, file: str, what: str, values: Mapping[str, Any], others: Mapping[str, Any], other_file: str
+) -> None:
+    """Values that both files have of an image or a category are the same."""
+    wrong = {key: value for key, value in values.items() if key in others and others[key] != value}
+    if wrong:
+        expected = str({key: others[key] for key in wrong})
+        folder.faults.append(Fault(file, "all", f"{what} is not as in {other_file}", expected, str(wrong)))
 
 
 def _listed(numbers: list[int]) -> str:

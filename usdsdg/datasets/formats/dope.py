@@ -53,11 +53,14 @@ class Poses:
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what the files of each image say."""
     found: dict[tuple[str, str], dict[str, str]] = {}
+    known = set(files)
     for file in files:
         path = PurePosixPath(file)
         if match := _FILE.match(path.name):
             is_json = match["kind"].lower() == "json"
-            where = path.parent.parent if path.parent.name == _PICTURES and not is_json else path.parent
+            # A render product may be called as the folder of pictures is: it has the labels, too.
+            apart = path.parent.name == _PICTURES and path.with_suffix(".json").as_posix() not in known
+            where = path.parent.parent if apart else path.parent
             view = where.as_posix() if where.parts else ""
             found.setdefault((view, match["number"]), {})["json" if is_json else "picture"] = file
     if _is_mine(folder, [parts["json"] for parts in found.values() if "json" in parts]):

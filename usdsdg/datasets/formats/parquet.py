@@ -55,4 +55,4 @@ def _seen(folder: Folder, file: str, row: Mapping[str, Any], classes: Sequence[s
         image = row.get(kind)
         return None if image is None else (str(image["path"]), image["bytes"])
 
-    return sharded.seen_of(folder, NAME, file, row, each, classes, load)
+    return sharded.seen_of(folder, NAME, file, row, each, classes, load, classes_file=file)

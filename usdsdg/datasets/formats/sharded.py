@@ -13,6 +13,7 @@ from PIL import Image
 from usdsdg.datasets.attempt import UNREADABLE, attempt
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.matching import classes_of
 from usdsdg.datasets.seen import Boxes, Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.datasets.truth import Thing, Truth
@@ -42,20 +43,33 @@ def seen_of(
     objects: Sequence[Mapping[str, Any]],
     classes: Sequence[str],
     load: Callable[[str], tuple[str, bytes] | None],
+    *,
+    classes_file: str,
 ) -> Seen:
     """Return what a sample of a shard says.
 
-    name: of the writer. load: returns name and bytes of the member that is the image, the ids or the depth.
+    name: of the writer. classes_file: which names the classes. load: returns name and bytes of the member that is the
+        image, the ids or the depth.
     """
     frame, view = int(facts["frame"]), str(facts["view"])
     seen = Seen(name, str(facts["key"]), "", [file], _truth(folder, name, frame, view))
     if seen.truth is None and any(record.writer == name for record in folder.records):
         folder.faults.append(Fault(file, seen.name, f"is of no recorded frame: {frame} of {view}"))
+    _check_classes(folder, seen.truth, classes, classes_file)
     seen.labels, seen.size = file, (int(facts["width"]), int(facts["height"]))
     seen.extra["sample"] = Stored(file, facts, objects, classes)
     seen.boxes.append(_boxes(file, objects, seen.truth))
     seen.later(lambda made: _read_images(folder, made, load))
     return seen
+
+
+def _check_classes(folder: Folder, truth: Truth | None, classes: Sequence[str], file: str) -> None:
+    """Names are those of the class table, as far as they go: it may have grown since in a run that has not ended."""
+    rows = classes_of(folder, truth.filter_of(BOXES)) if truth is not None else None
+    expected = [",".join(each["labels"].values()) for each in sorted(rows or (), key=lambda each: each["id"])]
+    if rows is not None and list(classes) != expected[: len(classes)]:
+        what = "names of classes are those of the class table"
+        folder.faults.append(Fault(file, "all", what, ", ".join(expected), ", ".join(map(str, classes))))
 
 
 def _truth(folder: Folder, writer: str, frame: int, view: str) -> Truth | None:

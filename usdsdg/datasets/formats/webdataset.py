@@ -78,7 +78,7 @@ def _seen(folder: Folder, file: str, key: str, members: Mapping[str, tuple[int, 
         extension = image if kind == IMAGE else MEMBERS[kind]
         return (f"{key}.{extension}", _bytes(folder, file, *members[extension])) if extension in members else None
 
-    return sharded.seen_of(folder, NAME, file, values, values["objects"], classes, load)
+    return sharded.seen_of(folder, NAME, file, values, values["objects"], classes, load, classes_file=INDEX)
 
 
 def _bytes(folder: Folder, file: str, start: int, size: int) -> bytes:

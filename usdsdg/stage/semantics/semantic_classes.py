@@ -47,7 +47,7 @@ def read_semantic_classes(given: Any) -> tuple[GivenClass, ...]:
     if given is None or given == "":
         return ()
     if isinstance(given, (str, os.PathLike)):
-        given = _content(Path(given))
+        given = read_class_file(Path(given))
     if isinstance(given, Mapping) and isinstance(given.get("tables"), Sequence):  # a class file of ours
         rows = [each for table in given["tables"] for each in _rows(table)]
         given = [each for index, each in enumerate(rows) if each not in rows[:index]]
@@ -61,8 +61,12 @@ def read_semantic_classes(given: Any) -> tuple[GivenClass, ...]:
     return tuple(classes)
 
 
-def _content(path: Path) -> Any:
-    """Return the content of a class file, or of the one of a dataset."""
+def read_class_file(path: Path) -> Any:
+    """Return the content of a class file, or of the one of a dataset, in one of the forms of `semantic_classes`.
+
+    Raises:
+        ConfigError: the file cannot be read.
+    """
     file = path
     try:
         file = next((each for each in (path / BESIDE / FILE, path / FILE) if each.is_file()), path)

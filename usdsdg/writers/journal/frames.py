@@ -7,6 +7,8 @@ from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+from usdsdg.writers.journal import lines
+
 # What is known of a file: its size [bytes] and its SHA-256 as hexadecimal digits.
 FileFacts = tuple[int, str]
 
@@ -76,6 +78,12 @@ class FrameFiles:
         """Return why a writer has not written all of it to a folder; "" if all have."""
         return self.why.get(folder, "it was interrupted") if self.due[folder] > 0 else ""
 
+    def line(self, folder: str) -> dict[str, object]:
+        """Return what the journal of a folder has of it."""
+        found: dict[str, object] = {lines.FRAME: self.number, lines.FILES: dict(sorted(self.folders[folder].items()))}
+        found |= {lines.FAILED: why} if (why := self.failure(folder)) else {}
+        return found | ({lines.STATE: states} if (states := self.states.get(folder)) else {})
+
     @property
     def has_ended(self) -> bool:
         """Whether nothing of it waits to be written: it is whole, or never will be."""
@@ -130,6 +138,11 @@ class FramesInHand:
             self._sort_out()
             self._whole += self._failed
             self._failed = []
+
+    def has_open(self, folder: str) -> bool:
+        """Return whether files of a folder may still be written, of frames that have begun."""
+        with self._lock:
+            return any(folder in each.folders and not each.has_ended for each in self._frames)
 
     def lacks(self, folder: str) -> bool:
         """Return whether a folder lacks a frame that was begun: it has failed, or has not ended."""

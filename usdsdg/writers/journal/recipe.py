@@ -25,6 +25,7 @@ FILE, FORMAT = f"{BESIDE}/recipe.json", 1
 SOURCE = f"{BESIDE}/source"  # folder of a copy of the configuration or script
 CLASSES = f"{BESIDE}/{CLASS_FILE}"
 SEED_SETTING = "/omni/replicator/globalSeed"
+CLASSES_SETTING = "/usdsdg/labels/semanticClasses"
 _TEXTS, _LARGEST = (".py", ".yaml", ".yml", ".json"), 1 << 20
 PHYSICS_DEVICE = "physics_device"  # of the options: the kind of the device that bodies are simulated on
 GENERATE, RUN, SCRIPT = "generate", "run", "python"

@@ -6,7 +6,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import lines, place_locks
+from usdsdg.writers.journal import place_locks
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
@@ -316,7 +316,7 @@ class Run:
             new = [each for each, where in frames if where == name and not folder.journal.has(each.number)]
             try:
                 if new and name not in self._ended:
-                    folder.append([_line(each, name) for each in new])
+                    folder.append([each.line(name) for each in new])
             except UsdsdgError as error:
                 self._ended.add(name)
                 failures.append(error)
@@ -351,9 +351,13 @@ class Run:
         if failures:
             raise failures[0]
 
-    def follow_moved(self) -> None:
-        """Find folders that a script has moved itself after its last file; forget those that it has removed."""
-        for name in [name for name, folder in self._folders.items() if not folder.place.exists()]:
+    def follow_moved(self, *, in_use: Collection[str | None] = ()) -> None:
+        """Find folders that a script has moved itself after its last file; forget those that it has removed.
+
+        in_use: those that writers still write to, which are left.
+        """
+        free = [each for each in self._folders if each not in in_use and not self._in_hand.has_open(each)]
+        for name in [each for each in free if not self._folders[each].place.exists()]:
             if not self._folders[name].follow():
                 self._folders.pop(name).release()
 
@@ -387,12 +391,6 @@ class Run:
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = devices.renderer_device_kind()
         return self.recipe is not None
-
-
-def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
-    line: dict[str, object] = {lines.FRAME: frame.number, lines.FILES: dict(sorted(frame.folders[folder].items()))}
-    line |= {lines.FAILED: why} if (why := frame.failure(folder)) else {}
-    return line | ({lines.STATE: states} if (states := frame.states.get(folder)) else {})
 
 
 def get_run() -> Run:

@@ -231,6 +231,25 @@ def test_keypoints_with_a_skeleton(stage, tmp_path):
     writer.detach()
 
 
+@pytest.mark.filterwarnings("ignore:.* is not among semantic_classes")
+def test_keypoints_of_a_class_that_a_later_frame_brings(stage, tmp_path):
+    rep.settings.set_semantic_classes(["cube", "late"])
+    writer, _ = posed(tmp_path, keypoints={"cube": ["front", "far", "back"], "late": ["top"]})
+    late = rep.functional.create.cube(position=(0, 0, 1.5), semantics={"class": "late"})
+    rep.functional.modify.keypoints(late, {"top": (0, 0, 0.5)})
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    named = {each["name"]: each for each in read(tmp_path)["categories"]}
+    assert (named["late"]["keypoints"], named["cube"]["keypoints"]) == (["top"], ["front", "far", "back"])
+    brought = rep.functional.create.cube(position=(0, 0, -1.5), semantics={"class": "brought"})
+    rep.functional.modify.keypoints(brought, {"top": (0, 0, 0.5)})
+    with pytest.raises(
+        WriterError, match=r"of brought are new.* If the class is new, too, list it in semantic_classes"
+    ):
+        rep.orchestrator.step()
+    writer.detach()
+
+
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
@@ -250,5 +269,6 @@ def test_options_that_cannot_be(tmp_path, options, reason):
 
 
 def test_keypoints_of_what_is_no_category(stage, tmp_path):
-    with pytest.raises(WriterError, match=r"given for 'dog', which is no category; there are cube, later, plain"):
+    listed = r"given for 'dog', which is no category; there are cube, later, plain\. List .* in semantic_classes"
+    with pytest.raises(WriterError, match=listed):
         posed(tmp_path, keypoints={"dog": ["tail"]})

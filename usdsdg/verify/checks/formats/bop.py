@@ -218,6 +218,10 @@ def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:
         what = f"of object {index}, {thing.path}"
         if differs(position, _position(thing, truth), relative=1e-5):
             yield Fault(scene.file, seen.name, f"cam_t_m2c {what} [mm]", text(_position(thing, truth)), text(position))
+        number = int(posed.pose["obj_id"])
+        if scene.models.class_id(number) not in (None, thing.class_id):
+            label = scene.models.label(number)
+            yield Fault(scene.file, seen.name, f"obj_id {what} is of its class", thing.label, f"{number}: {label}")
         yield from _turned(seen, scene, what, posed, thing, truth)
         for mask, expected, kind in (
             (posed.visible, members == order[thing.path], "what is visible"), (posed.whole, None, "the whole object")

@@ -34,7 +34,11 @@ class Coco:
         for masks in seen.masks:
             if masks.file not in self._seen:
                 self._seen.add(masks.file)
-                yield from _categories(masks)
+                yield from _categories(masks.file, masks.categories, masks, things_only=masks.things_only)
+            for segments in seen.segments:
+                if segments.file not in self._seen:
+                    self._seen.add(segments.file)
+                    yield from _categories(segments.file, segments.categories, masks, things_only=False)
             yield from _image(seen, masks)
             yield from _masks(seen, masks)
             yield from _things(seen, masks)
@@ -56,17 +60,18 @@ class Coco:
                 yield Fault(file, seen.name, f"{name} has one color", str(first), ", ".join(map(str, colors[:3])))
 
 
-def _categories(masks: Masks) -> Faults:
-    for number, category in masks.categories.items():
+def _categories(file: str, categories: Mapping[int, Mapping[str, Any]], masks: Masks, *, things_only: bool) -> Faults:
+    """Categories of a file are those that it must have, of things alone or all."""
+    for number, category in categories.items():
         if list(category.get("color", ())) == [0, 0, 0] and category["name"] not in _BLACK_IS_FINE:
-            yield Fault(masks.file, "all", f"category {number}, {category['name']}, is black, as the background is")
+            yield Fault(file, "all", f"category {number}, {category['name']}, is black, as the background is")
     for label, each in masks.own.items():
-        if masks.things_only and not each.get("isthing", 1):
+        if things_only and not each.get("isthing", 1):
             continue
-        found = masks.categories.get(int(each["id"]))
+        found = categories.get(int(each["id"]))
         if found is None or found["name"] != each["name"]:
             yield Fault(
-                masks.file,
+                file,
                 "all",
                 f"the category of {label}",
                 f"{each['id']}: {each['name']}",
@@ -78,9 +83,7 @@ def _categories(masks: Masks) -> Faults:
             expected["color"] = [int(channel) for channel in each["color"]]
         for key, value in expected.items():
             if found.get(key) != value:
-                yield Fault(
-                    masks.file, "all", f"{key} of the category {found['name']}", str(value), str(found.get(key))
-                )
+                yield Fault(file, "all", f"{key} of the category {found['name']}", str(value), str(found.get(key)))
 
 
 def _image(seen: Seen, masks: Masks) -> Faults:

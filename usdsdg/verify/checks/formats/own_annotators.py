@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.formats.basic_own import BOXES, COORDINATES, MASKS, OWN, OwnFiles
+from usdsdg.datasets.formats.basic_own import BOXES, COORDINATES, CORRESPONDENCE, MASKS, OWN, OwnFiles
 from usdsdg.datasets.formats.coco import decoded
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import BACKGROUND, Thing, Truth, text_of
 from usdsdg.verify.checks.compare import differs, of_pixels, pairs, text
+from usdsdg.verify.checks.formats.correspondence import check_correspondence
 from usdsdg.verify.checks.formats.own_points import check_coordinates, check_keypoints
 from usdsdg.verify.checks.rectangles import problem_of
 from usdsdg.writers.formats.shapes.masks import extent
@@ -27,7 +28,11 @@ def check(seen: Seen) -> Faults:
     """Compare the files of an image with its record."""
     own: Mapping[str, OwnFiles] = seen.extra.get(OWN, {})
     truth = seen.truth
-    if truth is None or truth.product.gprim_image is None:
+    if truth is None:
+        return
+    if CORRESPONDENCE in own:
+        yield from check_correspondence(seen, own[CORRESPONDENCE], truth)
+    if truth.product.gprim_image is None:
         return
     for kind, files in own.items():
         if kind == "keypoints":

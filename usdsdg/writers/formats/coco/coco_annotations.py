@@ -10,6 +10,7 @@ import numpy as np
 
 from usdsdg.writers.formats.coco import coco_keypoints
 from usdsdg.writers.formats.coco.coco_categories import Category
+from usdsdg.writers.formats.keypoint_names import warn_of_shared_names
 from usdsdg.writers.formats.shapes import run_length
 from usdsdg.writers.formats.shapes.polygons import outlines
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
@@ -60,6 +61,7 @@ def polygons(thing: Thing, instances: np.ndarray) -> list[list[float]]:
 
 def keypoints(seen: Mapping[str, Any], own: Sequence[Thing], table: coco_keypoints.Keypoints) -> list[dict[str, Any]]:
     """Return what the keypoints of each object add to its annotation."""
+    warn_of_shared_names("CocoWriter", seen[KEYPOINTS])
     rows = coco_keypoints.rows(seen[KEYPOINTS])
     return [table.numbers(each.category, rows.get(each.instance, {})) for each in own]
 

@@ -100,7 +100,8 @@ class Keypoints:
             if label.lower() not in by_label:
                 raise WriterError(
                     f"CocoWriter: keypoints are given for {label!r}, which is no category; there are "
-                    f"{', '.join(sorted(by_label))}."
+                    f"{', '.join(sorted(by_label))}. List a class that later frames bring in semantic_classes, or in "
+                    "coco_categories."
                 )
             found[by_label[label.lower()]] = skeleton
         names: dict[int, set[str]] = {}
@@ -131,19 +132,25 @@ class Keypoints:
         if new:
             raise WriterError(
                 f"CocoWriter: the keypoints {', '.join(new)} of {category['name']} are new, and COCO has as many in "
-                f"all pictures. Name all in the writer's option keypoints: {{{category['name']!r}: [...]}}."
+                f"all pictures. Name all in the writer's option keypoints: {{{category['name']!r}: [...]}}. If the "
+                "class is new, too, list it in semantic_classes."
             )
         return {} if skeleton is None else skeleton.numbers(seen)
 
 
 def rows(payload: Mapping[str, Any]) -> Rows:
-    """Return column, row [pixels] and visibility of each keypoint, by instance id and name, of `keypoints`."""
+    """Return column, row [pixels] and visibility of each keypoint, by instance id and name, of `keypoints`.
+
+    Of several of one name, which parts of an object may have, the last in the picture counts.
+    """
     found: dict[int, dict[str, tuple[float, float, int]]] = {}
     names = payload["keypointNames"]
     for row in payload["data"]:
         x, y = (float(np.round(float(row[axis]), 3)) for axis in "xy")
         own = found.setdefault(int(row["instanceId"]), {})
-        own[names[int(row["keypointId"])]] = (x, y, int(row["visibility"]))
+        name = names[int(row["keypointId"])]
+        if row["visibility"] or name not in own:
+            own[name] = (x, y, int(row["visibility"]))
     return found
 
 

@@ -17,6 +17,7 @@ from usdsdg.session.session import current
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
+from usdsdg.writers.formats.keypoint_names import warn_of_shared_names
 from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import joined, outlines, without_holes
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
@@ -176,6 +177,7 @@ class YoloWriter(Writer):
                 f"YoloWriter: the keypoints {', '.join(missing)} are new, and YOLO has as many in all frames. Name all "
                 "in the writer's option keypoints."
             )
+        warn_of_shared_names("YoloWriter", seen[KEYPOINTS])
         blank = [(0.0, 0.0, 0)] * len(place)
         points = {int(instance): list(blank) for instance in seen[BOXES]["bboxIds"]}
         for row in found:
