@@ -56,7 +56,7 @@ def read_drive(prim: Usd.Prim, name: str, angular: bool, units: Units) -> Drive 
     unit = np.pi / 180.0 if angular else units.meters
     # Per degree, or unit of length; an acceleration drive has no mass in its units.
     strength = (1.0 if acceleration else units.inertia if angular else units.kilograms) * (180.0 / np.pi) ** angular
-    force = unit if acceleration else units.torque if angular else units.force
+    force = units.torque if angular else units.force
     return Drive(
         stiffness=_gain(prim, f"{found}:stiffness") * strength,
         damping=_gain(prim, f"{found}:damping") * strength,
