@@ -1,4 +1,4 @@
-"""Drives of accelerations and their highest forces, and velocities that a joint keeps while other parts of the stage change."""
+"""Drives of accelerations, their highest forces, and velocities that a joint keeps while other prims change."""
 
 import numpy as np
 import pytest
