@@ -244,7 +244,6 @@ class StepCorrections:
             body_index=built.body_index,
             shape_index=built.shape_index,
             stand_in_index=built.stand_in_index,
-            gravity_enabled=self.stabilization.gravity_enabled,
         )
 
     def _distances_of(self, scene: Scene, built: BuiltModel, free: wp.array) -> DistanceJoints | None:
