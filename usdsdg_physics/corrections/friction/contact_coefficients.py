@@ -1,7 +1,7 @@
 """Give contacts to shapes with the friction and restitution that their two materials have together."""
 
 # Warp structs are no classes to a type checker.
-# pyright: reportGeneralTypeIssues=false
+# pyright: reportGeneralTypeIssues=false, reportOptionalMemberAccess=false
 
 from __future__ import annotations
 
