@@ -84,6 +84,34 @@ def test_a_slow_top_sways_as_it_should(arm, swapped, speed):
     assert np.array(found) == pytest.approx(exact, abs=1e-3)
 
 
+def test_a_top_on_a_kinematic_body_sways_as_on_the_world():
+    stage, spin = _top(0.1, 50, 40.0)
+    hand = add(stage, "/World/hand", at=(0, 0, -0.5), scale=(0.01, 0.01, 0.01))
+    UsdPhysics.RigidBodyAPI(hand).CreateKinematicEnabledAttr(True)
+    stage.RemovePrim("/World/joint")
+    joint(stage, "/World/joint", UsdPhysics.SphericalJoint, "/World/hand", "/World/top", (0, 0, 0))
+    top, engine = stage.GetPrimAtPath("/World/top"), playing(stage)
+    found = []
+    for _ in range(50):
+        engine.step(1 / 50)
+        found.append(position(top) / 0.1)
+    assert np.array(found) == pytest.approx(_exact(0.1, spin, 1.0)[19::20], abs=1e-3)
+
+
+def test_a_top_below_a_hand_that_moves_goes_with_it():
+    stage, _ = _top(0.1, 60, 1.0)
+    hand = add(stage, "/World/hand", at=(0, 0, -0.5), scale=(0.01, 0.01, 0.01))
+    UsdPhysics.RigidBodyAPI(hand).CreateKinematicEnabledAttr(True)
+    stage.RemovePrim("/World/joint")
+    joint(stage, "/World/joint", UsdPhysics.SphericalJoint, "/World/hand", "/World/top", (0, 0, 0))
+    engine, top = playing(stage), stage.GetPrimAtPath("/World/top")
+    for step in range(1, 61):
+        set_value(hand, "xformOp:translate", Gf.Vec3d(0.01 * min(step, 30), 0, -0.5))
+        engine.step(1 / 60)
+        joint_at = np.array([0.01 * min(step, 30), 0, 0])
+        assert np.linalg.norm(position(top) - joint_at) == pytest.approx(0.1, abs=1e-3)
+
+
 def test_a_top_that_leans_on_something_stays_there():
     """It is turned by its momentum about the joint only where nothing is near."""
     stage, _ = _top(0.1, 60, SPIN)

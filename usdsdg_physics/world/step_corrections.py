@@ -119,6 +119,7 @@ class StepCorrections:
         self.tops = (
             Tops(
                 model,
+                scene,
                 joints.trees,
                 body_index=built.body_index,
                 joint_of=joints.joint_of,

@@ -1,4 +1,4 @@
-"""Tops: bodies that turn freely about a point of the world."""
+"""Tops: bodies that turn freely about a point that is fixed."""
 
 # Newton declares the arrays of models and states optional; after `finalize` all are there.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from usdsdg_physics.scene.joint_trees import JointTree
+from usdsdg_physics.scene.records import Scene
 
 if TYPE_CHECKING:
     import newton
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Tops:
-    """Bodies on a ball joint to the world and on no other, which nothing but gravity and pushes turns about it.
+    """Bodies on a ball joint to the world or a kinematic body, and on no other, with nothing near.
 
     The solver turns them by forces from the begin of a substep, and adds the gyroscopic torque of their center of mass
     and of their arm to the joint in different ways: slow tops with a long arm precessed half as far again as they
@@ -28,6 +29,7 @@ class Tops:
     def __init__(
         self,
         model: newton.Model,
+        scene: Scene,
         trees: Sequence[JointTree],
         *,
         body_index: Mapping[str, int],
@@ -42,7 +44,7 @@ class Tops:
         """
         import warp as wp
 
-        branches = [tree.branches[0] for tree in trees if _is_top(tree)]
+        branches = [tree.branches[0] for tree in trees if _is_top(tree, scene)]
         armature = model.joint_armature.numpy()
         starts = model.joint_qd_start.numpy()
         rows = [(body_index[branch.child], joint_of[branch.joint.path]) for branch in branches]
@@ -75,6 +77,7 @@ class Tops:
                 dt,
                 model.joint_q_start,
                 model.joint_qd_start,
+                model.joint_parent,
                 model.joint_X_p,
                 model.joint_X_c,
                 model.body_mass,
@@ -90,5 +93,6 @@ class Tops:
         )
 
 
-def _is_top(tree: JointTree) -> bool:
-    return not tree.root and len(tree.branches) == 1 and not tree.loops and tree.branches[0].joint.kind == "ball"
+def _is_top(tree: JointTree, scene: Scene) -> bool:
+    is_held = not tree.root or scene.bodies[tree.root].kinematic
+    return is_held and len(tree.branches) == 1 and not tree.loops and tree.branches[0].joint.kind == "ball"

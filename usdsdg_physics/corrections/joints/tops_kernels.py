@@ -20,7 +20,8 @@ def turn_tops(
     # joint
     joint_q_start: wp.array[wp.int32],
     joint_qd_start: wp.array[wp.int32],
-    in_parent: wp.array[wp.transform],  # its frame in the world
+    parent: wp.array[wp.int32],  # a body that nothing moves but its own velocity, or the world (-1)
+    in_parent: wp.array[wp.transform],  # its frame in that of the parent
     in_child: wp.array[wp.transform],  # its frame in the body's
     # body
     mass: wp.array[wp.float32],
@@ -36,7 +37,7 @@ def turn_tops(
     body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
 ):
-    """Turn each top that is not `touched` about its joint for `dt` seconds.
+    """Turn each top that is not `touched`, and whose joint stands still, about its joint for `dt` seconds.
 
     Its angular momentum about the joint gets half of what turns it in the substep before the rotation, by the angular
     velocity of the middle, and half after it: as much as it loses when time goes back, so no energy comes or goes.
@@ -46,6 +47,12 @@ def turn_tops(
     joint = joints[wp.tid()]
     if touched[body] != 0:
         return
+    frame = in_parent[joint]
+    held = parent[joint]
+    if held >= 0:
+        if wp.length_sq(previous_body_qd[held]) > 0.0:
+            return
+        frame = previous_body_q[held] * frame
     start = wp.normalize(wp.quatd(wp.transform_get_rotation(previous_body_q[body])))
     arm = wp.vec3d(center[body] - wp.transform_get_translation(in_child[joint]))  # in the body's frame
     spin = wp.vec3d(wp.spatial_bottom(previous_body_qd[body]))
@@ -68,7 +75,6 @@ def turn_tops(
     spin = wp.quat_rotate(end, inverse * wp.quat_rotate_inv(end, momentum))
 
     rotation = wp.quatf(end)
-    frame = in_parent[joint]
     position = wp.transform_get_translation(frame)
     position -= wp.quat_rotate(rotation, wp.transform_get_translation(in_child[joint]))
     body_q[body] = wp.transform(position, rotation)
