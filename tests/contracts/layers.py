@@ -87,7 +87,7 @@ PHYSICS = {
     "scene": "",
     "parse": "scene",
     "solver": "",
-    "contact_solver": "body_points",
+    "contact_solver": "body_points solver",
     "model": "scene parse solver contact_solver",
     "corrections": "body_points scene",
     "guards": "body_points scene corrections",

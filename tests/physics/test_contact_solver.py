@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 from pxr import Usd, UsdPhysics
 
-from tests.physics import calm_scenes, test_calm, test_locked_axes, test_small_bodies, test_squeezes
+from tests.physics import calm_scenes, test_calm, test_locked_axes, test_rebounds, test_small_bodies, test_squeezes
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg.kernels.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
@@ -94,6 +94,10 @@ def test_a_rebound_keeps_the_share_of_speed_that_restitution_says():
     world = moved(calm_scenes.rebounds(), steps * STEP)
     speed = world.velocities()[1:, 2] + G * (steps * STEP - impact)
     assert speed / np.sqrt(2.0 * G) == pytest.approx([0.5, 0.9], abs=0.03)
+
+
+def test_rebounds_have_the_height_that_restitution_says():
+    test_rebounds.test_a_rebound_has_the_height_that_restitution_says("Sphere", 240)
 
 
 def test_a_tray_carries_more_things_than_there_are_colors():

@@ -1,4 +1,4 @@
-"""Drives of accelerations, and velocities that a joint keeps while other parts of the stage change."""
+"""Drives of accelerations, their highest forces, and velocities that a joint keeps while other prims change."""
 
 import numpy as np
 import pytest
@@ -61,3 +61,25 @@ def test_joints_of_several_axes_go_on_where_something_is_added(free):
         runs.append(path)
     assert np.linalg.norm(np.array(runs[0][20]) - (0.4, 0.1, 0)) > 0.1
     assert np.array(runs[1]) == pytest.approx(np.array(runs[0]), abs=1e-4)
+
+
+@pytest.mark.parametrize("meters", [1.0, 0.01])
+@pytest.mark.parametrize("kind", ["force", "acceleration"])
+def test_the_highest_force_of_a_drive_is_a_force(kind, meters):
+    """Of acceleration drives too, as in PhysX: ovphysx 0.7.0 has 2 m/s and 0.3 rad/s after a second."""
+    stage, unit = new_stage(meters_per_unit=meters), 1.0 / meters
+    paths = ("/World/slides", "/World/turns")
+    for path, y in zip(paths, (0.0, 3.0 * unit)):
+        body = add(stage, path, at=(0, y, 0), scale=(0.1 * unit,) * 3, gravity=False)
+        UsdPhysics.MassAPI.Apply(body).CreateMassAttr(2.0)
+    slide = joint(stage, "/World/slide", UsdPhysics.PrismaticJoint, "", paths[0], (0, 0, 0), axis="X")
+    turn = joint(stage, "/World/turn", UsdPhysics.RevoluteJoint, "", paths[1], (0, 3.0 * unit, 0), axis="X")
+    strength = {"stiffness": 1e6, "damping": 1e3, "kind": kind}
+    drive(slide, "linear", target=10.0 * unit, max_force=4.0 * unit, **strength)
+    drive(turn, "angular", target=100.0, max_force=0.004 * unit**2, **strength)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    inertia = 2.0 * 0.2**2 / 6
+    assert engine.velocities(paths)[0, 0] * meters == pytest.approx(4.0 / 2.0, rel=1e-3)
+    assert engine.velocities(paths)[1, 3] == pytest.approx(0.004 / inertia, rel=1e-3)

@@ -9,7 +9,7 @@ from pxr import Gf, UsdPhysics
 from scipy.spatial.transform import Rotation
 
 from tests.physics.mechanisms import free_axes, joint
-from tests.physics.scenes import add, new_stage, playing
+from tests.physics.scenes import add, new_stage, playing, set_value
 
 STEP = 1 / 60
 HALF = np.array([0.3, 0.1, 0.05])
@@ -71,6 +71,25 @@ def test_jointed_bodies_that_float_keep_their_angular_momentum(kind, spins):
     after, left = _momentum(engine, paths)
     assert after == pytest.approx(before, abs=2e-3 * np.linalg.norm(before))
     assert 0.95 * energy < left < 1.01 * energy
+
+
+@pytest.mark.parametrize("gravity", [False, True])
+def test_the_common_center_of_mass_goes_straight_or_falls(gravity):
+    """Its momentum is that of its velocity: it was off by 9 mm after a second, since the base moved along tangents."""
+    stage = new_stage()
+    paths = _chain(stage, [(3, 1, 6), (-1, 3, -4), (0, -2, 5)])
+    for path in paths:
+        set_value(stage.GetPrimAtPath(path), "physxRigidBody:disableGravity", not gravity)
+    engine = playing(stage)
+    rows = [engine.rigid_bodies.index(path) for path in paths]
+    speed = engine.velocities(paths)[:, :3].mean(axis=0)
+    start = engine._session.world.poses()[rows, :3].mean(axis=0)
+    for _ in range(60):
+        engine.step(STEP)
+    substep = STEP / engine._session.world._latest_substeps
+    moved = engine._session.world.poses()[rows, :3].mean(axis=0) - start
+    fallen = 9.81 / 2 * (1.0 + substep) if gravity else 0.0
+    assert moved == pytest.approx(speed - (0, 0, fallen), abs=1e-4)
 
 
 def test_angular_damping_slows_a_tree_that_floats_as_a_whole():

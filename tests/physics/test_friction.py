@@ -52,6 +52,26 @@ def test_what_static_friction_cannot_hold_slides_with_dynamic_friction():
     assert np.linalg.norm(velocity(box)) == pytest.approx(G * (np.sin(slope) - 0.1 * np.cos(slope)), rel=0.02)
 
 
+@pytest.mark.parametrize("gravity", [True, False])
+def test_a_push_that_static_friction_cannot_hold_makes_a_box_slide_at_once(gravity):
+    """It crept for a quarter of a second, until it was as fast as friction can stop within a substep.
+
+    Without gravity of its own, the box is pressed down as hard by a force.
+    """
+    stage = new_stage()
+    material = _material(stage, "/World/m", static=0.6, dynamic=0.3)
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(9, 2, 0.1), body=False, material=material)
+    box = add(stage, "/World/box", at=(0, 0, 0.05), scale=(0.3, 0.3, 0.05), gravity=gravity, material=material)
+    UsdPhysics.MassAPI.Apply(box).CreateMassAttr(2.0)
+    engine, weight, speeds = playing(stage), 2.0 * G, []
+    for push in (0.58, 0.62):
+        for _ in range(60):
+            engine.apply_forces(["/World/box"], [[push * weight, 0, 0 if gravity else -weight]])
+            engine.step(STEP)
+        speeds.append(velocity(box)[0])
+    assert speeds == pytest.approx([0.0, (0.62 - 0.3) * G], rel=0.03, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("modes", "friction"),
     [

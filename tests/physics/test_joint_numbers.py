@@ -50,6 +50,19 @@ def test_drives_that_push_away_are_named(gains):
     )
 
 
+@pytest.mark.parametrize("name", ["stiffness", "damping", "target", "target_velocity"])
+@pytest.mark.parametrize("number", [np.inf, -np.inf, np.nan])
+def test_numbers_of_drives_that_are_not_finite_are_named(name, number):
+    """An infinite stiffness let the drive go without a word."""
+    stage = new_stage()
+    add(stage, "/World/box")
+    numbers = {"stiffness": 5.0, name: number}
+    drive(joint(stage, "/World/joint", UsdPhysics.RevoluteJoint, "", "/World/box", (0, 0, 0)), "angular", **numbers)
+    (message,) = warnings_of(stage)
+    attribute = {"target": "targetPosition", "target_velocity": "targetVelocity"}.get(name, name)
+    assert message.startswith(f"/World/joint: drive:angular:physics:{attribute} is {number:g}, so it counts as 0.")
+
+
 def test_a_least_distance_above_the_greatest_is_named_and_counts():
     stage = new_stage()
     ball = add(stage, "/World/ball", "Sphere", at=(0, 0, -0.7))

@@ -5,10 +5,10 @@ import threading
 import numpy as np
 import pytest
 import warp as wp
-from pxr import Gf, UsdPhysics
+from pxr import Gf, UsdPhysics, UsdShade
 
 from tests.physics.mechanisms import drive, joint, rod
-from tests.physics.scenes import add, collide, mesh, new_stage, playing, set_value
+from tests.physics.scenes import add, collide, mesh, new_stage, physics_material, playing, set_value
 from tests.physics.test_distance_joints import tie
 from tests.physics.test_gears import gear, wheel
 from usdsdg_physics.world import step_records
@@ -147,6 +147,22 @@ def joints(stage):
     return edit
 
 
+def rebounds(stage):
+    """A pile that bounces beside a top on a ball joint, and a box that is pushed against more static friction."""
+    material = physics_material(stage, "/World/rubber", friction=0.3, restitution=0.6)
+    UsdPhysics.MaterialAPI(material.GetPrim()).GetStaticFrictionAttr().Set(0.6)
+    for prim in [add(stage, "/World/floor", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False), *pile(stage, 10)]:
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
+    top = add(stage, "/World/top", "Cylinder", at=(0.8, 0, 1), scale=(0.1, 0.1, 0.02), rotate=(0, 30, 0))
+    UsdPhysics.RigidBodyAPI(top).CreateAngularVelocityAttr(Gf.Vec3f(500, 0, 2000))
+    joint(stage, "/World/ball", UsdPhysics.SphericalJoint, "", "/World/top", (0.8, 0, 0.9))
+
+    def edit(engine, frame):
+        engine.apply_forces(["/World/b1"], [[3.0, 0, 0]])
+
+    return edit
+
+
 def ties(stage):
     """A rope, a spring and a rod between bodies of a pile, a gear, and a plate on two rails, which is cut."""
     ground(stage)
@@ -209,6 +225,7 @@ def trajectory(make):
         (edits, 3),
         (terrain, 2),
         (joints, 1),
+        (rebounds, 1),
         (ties, 1),
         (moved_platform, 2),
     ],

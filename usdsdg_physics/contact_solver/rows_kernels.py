@@ -9,6 +9,7 @@ import warp as wp
 
 from usdsdg_physics.body_points import body_of, point_velocity, world_point
 from usdsdg_physics.contact_solver.arrays import OVERFLOW, Bodies, Pairs, Rows
+from usdsdg_physics.solver.rebounds_kernels import rebound_speed
 
 # Added to each inverse effective mass [1/kg], so that rows that repeat each other share their load.
 SOFTNESS = wp.constant(1.0e-6)
@@ -43,10 +44,11 @@ def prepare_rows(
     penetration_share: wp.float32,
     bounce_threshold: wp.float32,
     dt: wp.float32,
+    step: wp.float32,
     # out
     rows: Rows,
 ):
-    """Fill in the row of each contact."""
+    """Fill in the row of each contact; `step` is the length of the whole step of which this is a part."""
     row = wp.tid()
     if row >= row_count(pairs):
         return
@@ -82,13 +84,20 @@ def prepare_rows(
     approach = wp.dot(n, relative_velocity(first, second, arm0, arm1, bodies) - surface)
 
     # What the contact asks for: to rebound, or to come no nearer than to touch.
-    rebound = restitution_of(s0, s1, shape_restitution) * -before
-    if before >= -bounce_threshold or (distance > MEETING and distance + dt * approach > MEETING):
-        rebound = 0.0
+    rebound = float(0.0)
+    if before < -bounce_threshold and (distance <= MEETING or distance + dt * approach <= MEETING):
+        restitution = restitution_of(s0, s1, shape_restitution)
+        if restitution > 0.0:
+            center = wp.vec3(0.0)
+            change = relative_velocity(first, second, center, center, bodies)
+            change -= point_velocity(body1, center, body_qd) - point_velocity(body0, center, body_qd)
+            pull = -wp.dot(n, change) / dt
+            rebound = rebound_speed(restitution, -before, pull, wp.max(distance, 0.0), dt, step)
     bias = distance / dt
     if distance < 0.0:
         bias = wp.max(penetration_share * distance / dt, -slower(body0, body1, max_depenetration_velocity))
-    if rebound > 0.0:
+    # As in PhysX, what is above the surface first reaches it, and rebounds in the sweeps for velocities.
+    if rebound > 0.0 and distance <= 0.0:
         bias = -rebound
 
     rows.contact[row] = contact
@@ -123,6 +132,7 @@ def ask_for_velocities(
     if row >= row_count(pairs):
         return
     if rows.rebound[row] > 0.0:
+        rows.bias[row] = -rows.rebound[row]
         return
     pair = pair_number[row] - 1
     velocity = relative_velocity(pairs.first[pair], pairs.second[pair], rows.arm0[row], rows.arm1[row], bodies)

@@ -82,6 +82,7 @@ class ContactSolver:
         self.model = model
         self._penetration_share = penetration_share
         self.restitution_velocity_threshold = 0.5  # m/s of approach from which contacts bounce
+        self.whole_step = 0.0  # s, of which steps of the solver are parts
         device, count, self._capacity = model.device, model.body_count, contact_capacity
         kinematic = (model.body_flags.numpy() & int(newton.BodyFlags.KINEMATIC)) != 0
         moves = ~kinematic & (model.body_inv_mass.numpy() > 0.0)
@@ -242,6 +243,7 @@ class ContactSolver:
                 self._penetration_share,
                 self.restitution_velocity_threshold,
                 dt,
+                self.whole_step,
             ],
             [self._rows],
         )

@@ -27,6 +27,7 @@ from usdsdg_physics.scene.contact_coefficients import (
     coefficient_table,
 )
 from usdsdg_physics.scene.records import STATIC, Collider, Joint, Scene, Shape, Solid
+from usdsdg_physics.solver.rebounds import rebound_at_surfaces
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweep_pairs import sweep_pairs_alone
 from usdsdg_physics.solver.sweeps import sweep_by_island
@@ -228,6 +229,7 @@ def build_solver(
         return newton.solvers.SolverSteel(model, **options)
     solver = newton.solvers.SolverSteel(model, **options)
     sweep_by_island(solver)
+    rebound_at_surfaces(solver)
     return solver
 
 

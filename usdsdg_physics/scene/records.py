@@ -155,7 +155,7 @@ class Drive:
     damping: float  # N s/m or N m s/rad; 1/s of an acceleration drive
     target: float  # m or rad
     target_velocity: float  # m/s or rad/s
-    max_force: float = float("inf")  # N or N m; m/s² or rad/s² of an acceleration drive
+    max_force: float = float("inf")  # N or N m, of acceleration drives too
     acceleration: bool = False  # whether its strength is per mass or inertia that it moves
 
 

@@ -305,7 +305,7 @@ class Joints:
             strength = scale if drive.max_force > 0.0 else 0.0
             arrays["joint_target_ke"][dof] = drive.stiffness * strength
             arrays["joint_target_kd"][dof] = drive.damping * strength
-            arrays["joint_effort_limit"][dof] = drive.max_force * scale
+            arrays["joint_effort_limit"][dof] = drive.max_force
             arrays["joint_target_qd"][dof] = drive.target_velocity
             arrays["joint_target_q"][self._coordinates[row]] = drive.target
         for name, numbers in arrays.items():

@@ -25,6 +25,7 @@ from usdsdg_physics.corrections.joints.joint_forces import JointForces
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.corrections.joints.tops import Tops
 from usdsdg_physics.corrections.overlaps.depenetration import Depenetration
 from usdsdg_physics.corrections.overlaps.squeezes import Squeezes
 from usdsdg_physics.guards.collider_seams import ColliderSeams
@@ -114,8 +115,20 @@ class StepCorrections:
             if built.joints.trees
             else None
         )
-        self.link_damping = LinkDamping(model, bodies) if built.joints.trees else None
         joints = built.joints
+        self.tops = (
+            Tops(
+                model,
+                scene,
+                joints.trees,
+                body_index=built.body_index,
+                joint_of=joints.joint_of,
+                touched=self.free_flight.touched,
+            )
+            if joints.trees
+            else None
+        )
+        self.link_damping = LinkDamping(model, bodies) if joints.trees else None
         self.loads = (
             JointLoads(model, [row[1:] for row in joints.breakable], joints.rubbing)
             if joints.breakable or joints.rubbing
@@ -194,6 +207,8 @@ class StepCorrections:
             self.links.revert_nonfinite(before, after)
         if self.floating_trees:
             self.floating_trees.keep_momentum(before, after, h)
+        if self.tops:
+            self.tops.turn(before, after, h)
         if self.link_damping is not None:
             self.link_damping.remove(before)
         if self.loads is not None:
@@ -230,7 +245,6 @@ class StepCorrections:
             body_index=built.body_index,
             shape_index=built.shape_index,
             stand_in_index=built.stand_in_index,
-            gravity_enabled=self.stabilization.gravity_enabled,
         )
 
     def _distances_of(self, scene: Scene, built: BuiltModel, free: wp.array) -> DistanceJoints | None:

@@ -102,6 +102,7 @@ class StepLaunches:
 
         before, after = self._states(substep)
         self._corrections.before_solver(kind, substep, before)
+        self._solver.whole_step = kind.dt
         self._solver.step(before, after, self._control, self._contacts, kind.substep, observables=self._observables)
         self._corrections.after_solver(kind, substep, before, after, self._observables)
         if substep < kind.substeps - 1:

@@ -1,7 +1,7 @@
 """Give contacts to shapes with the friction and restitution that their two materials have together."""
 
 # Warp structs are no classes to a type checker.
-# pyright: reportGeneralTypeIssues=false
+# pyright: reportGeneralTypeIssues=false, reportOptionalMemberAccess=false
 
 from __future__ import annotations
 
@@ -31,12 +31,14 @@ class ContactCoefficients:
         body_index: Mapping[str, int],
         shape_index: Mapping[str, int],
         stand_in_index: np.ndarray,
-        gravity_enabled: wp.array,
     ) -> None:
-        """`stand_in_index` has the shape of each stand-in in the model, `gravity_enabled` a flag of each body."""
+        """`stand_in_index` has the shape of each stand-in in the model."""
+        import newton
         import warp as wp
 
-        self._model, self._contacts, self._gravity_enabled = model, contacts, gravity_enabled
+        self._model, self._contacts = model, contacts
+        dynamic = (model.body_flags.numpy() & int(newton.BodyFlags.KINEMATIC)) == 0
+        self._dynamic = wp.array(dynamic, dtype=wp.int32, device=model.device)
         material = np.full(model.shape_count, -1, np.int32)
         for path, row in table.material.items():
             material[shape_index[path]] = row
@@ -70,7 +72,9 @@ class ContactCoefficients:
                 self._static_friction,
                 self._model.gravity,
                 dt,
-                self._gravity_enabled,
+                self._dynamic,
+                self._model.body_inv_mass,
+                state.body_f,
                 self._model.body_com,
                 state.body_q,
                 state.body_qd,

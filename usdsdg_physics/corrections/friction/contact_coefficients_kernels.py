@@ -23,7 +23,9 @@ def replace_shapes(
     gravity: wp.array[wp.vec3],
     dt: wp.float32,
     # body
-    gravity_enabled: wp.array[wp.int32],
+    dynamic: wp.array[wp.int32],
+    inverse_mass: wp.array[wp.float32],
+    body_f: wp.array[wp.spatial_vector],
     center: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
@@ -53,10 +55,11 @@ def replace_shapes(
     arm0 = turned_arm(body0, contacts.point0[contact], center, body_q)
     arm1 = turned_arm(body1, contacts.point1[contact], center, body_q)
     velocity = point_velocity(body0, arm0, body_qd) - point_velocity(body1, arm1, body_qd)
-    if body0 >= 0 and gravity_enabled[body0] != 0:
-        velocity += dt * gravity[0]
-    if body1 >= 0 and gravity_enabled[body1] != 0:
-        velocity -= dt * gravity[0]
+    # Not what torques do, as friction bears the forces of what does not slide.
+    if body0 >= 0 and dynamic[body0] != 0:
+        velocity += dt * (gravity[0] + inverse_mass[body0] * wp.spatial_top(body_f[body0]))
+    if body1 >= 0 and dynamic[body1] != 0:
+        velocity -= dt * (gravity[0] + inverse_mass[body1] * wp.spatial_top(body_f[body1]))
     if surface_velocity:
         velocity -= surface_velocity[contact]
     normal = wp.vec3(contacts.normal[contact])

@@ -53,6 +53,7 @@ class FloatingTrees:
         self._model: Any = model
         self._starts = integers(np.concatenate([[0], np.cumsum([len(each) for each in bodies])]))
         self._bodies = integers([body for each in bodies for body in each])
+        self._coordinates = integers([bases[tree.root][0] for tree in floating])
         self._dofs = integers([bases[tree.root][1] for tree in floating])
         self._touched = touched
 
@@ -72,6 +73,7 @@ class FloatingTrees:
             inputs=[
                 self._starts,
                 self._bodies,
+                self._coordinates,
                 self._dofs,
                 model.gravity,
                 dt,
@@ -84,8 +86,7 @@ class FloatingTrees:
                 before.body_f,
                 before.body_q,
                 before.body_qd,
-                after.body_q,
             ],
-            outputs=[after.joint_qd, after.body_qd],
+            outputs=[after.joint_q, after.joint_qd, after.body_q, after.body_qd],
             device=model.device,
         )

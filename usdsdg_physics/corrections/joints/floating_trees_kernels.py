@@ -13,6 +13,7 @@ def keep_momentum(
     # tree
     starts: wp.array[wp.int32],  # its first body in `bodies`, the base, and at last how many there are
     bodies: wp.array[wp.int32],
+    coordinates: wp.array[wp.int32],  # of the base in joint_q
     dofs: wp.array[wp.int32],  # of the base in joint_qd
     gravity: wp.array[wp.vec3],
     dt: wp.float32,
@@ -26,12 +27,17 @@ def keep_momentum(
     body_f: wp.array[wp.spatial_vector],
     previous_body_q: wp.array[wp.transform],
     previous_body_qd: wp.array[wp.spatial_vector],
-    body_q: wp.array[wp.transform],
     # out
+    joint_q: wp.array[wp.float32],
     joint_qd: wp.array[wp.float32],
+    body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
 ):
-    """Add to the velocities of a tree of which no body is `touched` the rigid motion that its momentum lacks."""
+    """Add to the velocities of a tree of which no body is `touched` the rigid motion that its momentum lacks.
+
+    Its center of mass is moved to where the velocity brings it: the solver moves the base along a tangent, and the rest
+    with it.
+    """
     tree = wp.tid()
     begin, end = starts[tree], starts[tree + 1]
     base = bodies[begin]
@@ -53,6 +59,7 @@ def keep_momentum(
     lacking = (kept * expected - found) / total
     before = before / total
     now = now / total
+    shift = (start - place) + (before - now) + (dt * kept / total) * expected
 
     # About the centers of mass: what turns it, what it has, and what resists a turn of the whole.
     turning, spinning, resistance = wp.vec3(0.0), wp.vec3(0.0), wp.mat33(0.0)
@@ -78,8 +85,12 @@ def keep_momentum(
         body = bodies[row]
         arm = wp.transform_point(body_q[body], center[body]) - place - now
         body_qd[body] = body_qd[body] + wp.spatial_vector(lacking + wp.cross(spin, arm), spin)
+    for row in range(begin, end):
+        pose = body_q[bodies[row]]
+        body_q[bodies[row]] = wp.transform(wp.transform_get_translation(pose) + shift, wp.transform_get_rotation(pose))
     lacking -= wp.cross(spin, now)
     for i in range(3):
+        joint_q[coordinates[tree] + i] = joint_q[coordinates[tree] + i] + shift[i]
         joint_qd[dofs[tree] + i] = joint_qd[dofs[tree] + i] + lacking[i]
         joint_qd[dofs[tree] + 3 + i] = joint_qd[dofs[tree] + 3 + i] + spin[i]
 

@@ -56,23 +56,31 @@ def read_drive(prim: Usd.Prim, name: str, angular: bool, units: Units) -> Drive 
     unit = np.pi / 180.0 if angular else units.meters
     # Per degree, or unit of length; an acceleration drive has no mass in its units.
     strength = (1.0 if acceleration else units.inertia if angular else units.kilograms) * (180.0 / np.pi) ** angular
-    force = unit if acceleration else units.torque if angular else units.force
+    force = units.torque if angular else units.force
     return Drive(
         stiffness=_gain(prim, f"{found}:stiffness") * strength,
         damping=_gain(prim, f"{found}:damping") * strength,
-        target=finite(value(prim, f"{found}:targetPosition", 0.0), 0.0) * unit,
-        target_velocity=finite(value(prim, f"{found}:targetVelocity", 0.0), 0.0) * unit,
+        target=_target(prim, f"{found}:targetPosition") * unit,
+        target_velocity=_target(prim, f"{found}:targetVelocity") * unit,
         max_force=limit_in_si(value(prim, f"{found}:maxForce", None), force),
         acceleration=acceleration,
     )
 
 
 def _gain(prim: Usd.Prim, name: str) -> float:
-    """Return the stiffness or damping of a drive, 0 where it is no number; name one that is below."""
-    number = finite(value(prim, name, 0.0), 0.0)
+    """Return the stiffness or damping of a drive, 0 where it is no finite number; name that, and one that is below."""
+    number = _target(prim, name)
     if number < 0.0:
         warn_once(f"{prim.GetPath()}: {name} is {number:g}, so it counts as 0. Set a positive number, or 0.")
     return max(0.0, number)
+
+
+def _target(prim: Usd.Prim, name: str) -> float:
+    """Return a number of a drive; name one that is not finite, which counts as 0."""
+    number = float(value(prim, name, 0.0))
+    if not np.isfinite(number):
+        warn_once(f"{prim.GetPath()}: {name} is {number:g}, so it counts as 0. Set a finite number.")
+    return finite(number, 0.0)
 
 
 def _axis_letter(prim: Usd.Prim) -> str:

@@ -81,7 +81,7 @@ class Substeps:
             count = self._meshes.substeps(dt, poses, velocities, targets, count)
         least = self.least(dt)
         if self._swinging:
-            least *= self._swinging.factor(dt / least, poses, velocities, speeds)
+            least *= self._swinging.factor(dt, dt / least, poses, velocities, speeds)
         count = max(least, count)
         if self._fast:
             count = self._fast.substeps(dt, poses, _with_targets(velocities, poses, targets, dt), count)
