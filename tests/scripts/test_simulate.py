@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pxr import Usd
 
-from tests.physics import calm_scenes
+from tests.physics.impacts import calm_scenes
 from tests.physics.scenes import add, fallen, new_stage, position
 from tests.scripts.conftest import usdsdg
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Usd
 
-from tests.physics import calm_scenes
+from tests.physics.impacts import calm_scenes
 from tests.physics.scenes import playing, position
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics import NewtonEngine

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from tests.physics.mechanisms import drive, joint, limit, rod
 from tests.physics.scenes import DEVICE, add, collide, make_body, mesh, set_value
-from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
+from tests.physics.steps.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
 from tests.sampled_cases import sampled
 from usdsdg_physics.model import build
 from usdsdg_physics.parse.scene import parse

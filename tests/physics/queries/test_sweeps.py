@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.physics.test_queries import SIZES, _placed, _scene
+from tests.physics.queries.test_queries import SIZES, _placed, _scene
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import Shape

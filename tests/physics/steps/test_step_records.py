@@ -7,10 +7,10 @@ import pytest
 import warp as wp
 from pxr import Gf, UsdPhysics, UsdShade
 
+from tests.physics.joints.test_distance_joints import tie
+from tests.physics.joints.test_gears import gear, wheel
 from tests.physics.mechanisms import drive, joint, rod
 from tests.physics.scenes import add, collide, mesh, new_stage, physics_material, playing, set_value
-from tests.physics.test_distance_joints import tie
-from tests.physics.test_gears import gear, wheel
 from usdsdg_physics.world import step_records
 from usdsdg_physics.world.step_records import StepRecords
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pxr import UsdPhysics
 
-from tests.physics import calm_scenes
+from tests.physics.impacts import calm_scenes
 from tests.physics.scenes import add, new_stage, physics_material, playing, position, set_value, velocity
 
 RESTITUTIONS = (0.1, 0.3, 0.5, 0.9)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
+from tests.physics.impacts.test_small_bodies import ORDINARY, substeps
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, position, set_value
-from tests.physics.test_small_bodies import ORDINARY, substeps
 from tests.sampled_cases import sampled
 from usdsdg import errors
 

@@ -11,7 +11,8 @@ import pytest
 import warp as wp
 from pxr import Usd, UsdPhysics
 
-from tests.physics import calm_scenes, test_calm, test_locked_axes, test_rebounds, test_small_bodies, test_squeezes
+from tests.physics.impacts import calm_scenes, test_calm, test_rebounds, test_small_bodies, test_squeezes
+from tests.physics.joints import test_locked_axes
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg.kernels.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine

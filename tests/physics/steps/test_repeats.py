@@ -30,7 +30,7 @@ print(hashlib.sha256(stage.GetRootLayer().ExportToString().encode()).hexdigest()
 
 
 def test_two_processes_write_the_same_stage():
-    root = Path(__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[3]
     runs = [
         subprocess.Popen([sys.executable, "-c", SCRIPT], cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         for _ in range(2)

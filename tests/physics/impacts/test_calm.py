@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
-from tests.physics import calm_scenes
+from tests.physics.impacts import calm_scenes
 from tests.physics.scenes import DEVICE, add, new_stage, physics_material, playing, position, set_value, velocity
 from tests.sampled_cases import crossed
 

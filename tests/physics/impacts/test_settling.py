@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import UsdPhysics
 
-from tests.physics import calm_scenes
+from tests.physics.impacts import calm_scenes
 from tests.physics.scenes import add, new_stage, playing, position
 from usdsdg.errors import PhysicsError
 from usdsdg_physics import NewtonEngine
