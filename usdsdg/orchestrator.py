@@ -89,6 +89,8 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     Where capture on play is set (`set_capture_on_play`, the default), the timeline plays after the first frame, so that
     bodies fall and animations run, and is stopped at the end.
 
+    Each run begins anew: it repeats the draws of the one before, and what steps have captured before does not count.
+
     Args:
         num_frames: 0 captures nothing. Triggers without `max_execs` do not end the run before.
         start_timeline: Play the timeline first, whether capture on play is set or not.

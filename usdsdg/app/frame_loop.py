@@ -249,14 +249,16 @@ class Orchestrator:
             raise OrchestratorError(
                 "orchestrator.run: another run captures frames already; await it, or end it with orchestrator.stop()."
             )
+        if self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+        elif self.captures:
+            self.stop()  # what steps or a run have drawn and counted before is not part of this one
+        if self.status is Status.STOPPED:
+            evaluate.graph().renew_limits()
         timeline = get_timeline()
         timeline.release()
         if start_timeline:
             timeline.play()
-        if self.status is Status.STOPPED:
-            evaluate.graph().renew_limits()
-        elif self.status is Status.PAUSED:
-            self._set_status(Status.STARTED)
         self._playback.reset()
         if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
             num_frames = self.frames_without_end
@@ -314,6 +316,8 @@ class Orchestrator:
     def _pass_over_others(self, others: FramesOfOthers) -> None:
         """Count the next frames of a run that other processes make, as far as these need not be evaluated here."""
         playback = self._playback
+        if self.status is Status.STOPPED:
+            return  # the first frame starts the run
         while self._frames_of_run and not playback.has_ended and (count := others.count(self.captures, self._last)):
             end = self.captures + count
             while self.captures < end and not playback.has_ended:
