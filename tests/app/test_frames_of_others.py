@@ -154,7 +154,7 @@ def test_a_run_that_triggers_end_passes_over_its_frames(tmp_path, executed):
 
 @pytest.mark.parametrize("between", [lambda: None, rep.orchestrator.stop, rep.orchestrator.step])
 def test_a_second_run_is_counted_and_made_in_parts_as_it_is_made_whole(between, tmp_path):
-    """The first frame of a run starts it, whoever makes it: until then, draws and counts are those of the run before."""
+    """The first frame of a run starts it, whoever makes it: until then, all counts are those of the one before."""
 
     def scene():
         camera, cubes = rep.create.camera(position=(8, 0, 3), look_at=(0, 0, 0)), shapes()
