@@ -68,7 +68,11 @@ def triggers_remain(captures: int) -> bool:
     """
     limited = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs]
     remaining = [trigger for trigger in limited if not _has_ended(trigger, captures)]
-    reasons = [trigger.blocked() for trigger in remaining]
+    reasons = [_why_off(trigger) or trigger.blocked() for trigger in remaining]
     if remaining and all(reasons):
         raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
     return bool(remaining)
+
+
+def _why_off(trigger: evaluate.Trigger) -> str:
+    return f"{trigger.node.describe()} is disabled (set_disabled)" if trigger.node.is_off else ""

@@ -233,7 +233,8 @@ class Graph:
                     self.drawn_once |= {name: list(rows) for name, rows in parts.items()}
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
-        due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]
+        active = [trigger for trigger in self.triggers if not (trigger.exhausted or trigger.node.is_off)]
+        due = [trigger for trigger in active if trigger.due(context)]
         for trigger in due:
             if trigger.prepare is not None and not context.preview:
                 trigger.prepare()
@@ -279,7 +280,7 @@ def _note_uses(node: Node, trigger: Trigger | None) -> None:
 def run(node: Node) -> None:
     """Execute one node; errors name the script line that made it."""
     action = action_of(node.kind)
-    if action is None:
+    if action is None or node.is_off:
         return
     if isinstance(node.prims, LivePrims) and (found := node.prims.again(node.executions)) != node.prims:
         graph().retarget(node, found)

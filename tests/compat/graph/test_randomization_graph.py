@@ -74,3 +74,24 @@ def test_what_is_not_there_is_named(cube):
         og.Controller.create_node(("a", PIPELINE), "omni.replicator.core.OgnSampleUniform")
     with pytest.raises(Unsupported, match="made by functions of rep"):
         og.Controller.edit(PIPELINE, {og.Controller.Keys.CREATE_NODES: [("a", "OgnSampleUniform")]})
+
+
+def test_connections_lead_from_node_to_node(stage):
+    cube, draws = rep.create.cube(), rep.distribution.uniform((0, 0, 0), (1, 1, 1))
+    with rep.trigger.on_frame() as trigger, cube:
+        pose = rep.modify.pose(position=draws)
+        turned = rep.randomizer.rotation()
+    [before] = turned.node.get_attribute("inputs:execIn").get_upstream_connections()
+    assert (before.get_node(), before.get_name()) == (pose.node, "outputs:execOut")
+    [first] = trigger.node.get_attribute("outputs:execOut").get_downstream_connections()
+    assert (first.get_node(), first.get_name()) == (pose.node, "inputs:execIn")
+    [drawn] = pose.node.get_attribute("inputs:position").get_upstream_connections()
+    assert (drawn.get_node(), drawn.get_name()) == (draws.node, "outputs:samples")
+    assert turned.node.get_attribute("outputs:execOut").get_downstream_connection_count() == 0
+    assert trigger.node.get_attribute("inputs:interval").get_upstream_connection_count() == 0
+
+
+def test_what_runs_once_is_connected_to_no_node(stage):
+    with rep.create.cube():
+        once = rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+    assert once.node.get_attribute("inputs:execIn").get_upstream_connections() == []
