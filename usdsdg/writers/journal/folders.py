@@ -223,19 +223,20 @@ class DatasetFolder:
         finally:
             self.release()
 
-    def follow(self) -> bool:
-        """Where a script has moved the folder, close the dataset there; return whether that is known.
+    def follow(self, *, tells: bool = True) -> bool:
+        """Where a script has moved the folder, go on with the dataset there; return whether that is known.
 
-        It is not where the folder was removed, or another program has moved it to another disk, or the system does not
-        tell.
+        It is not, which is told if `tells`, where the folder was removed, or another program has moved it to another
+        disk, or the system does not tell.
         """
         first = self._locks[0]
         journal_now = (first.path_now() or self._copied_journal(first)) if isinstance(first, FileLock) else None
         if journal_now is None:
-            say_once(
-                f"{self.place.name} is not there any more, so its journal has no end: "
-                "usdsdg verify calls a copy of it unfinished"
-            )
+            if tells:
+                say_once(
+                    f"{self.place.name} is not there any more, so its journal has no end: "
+                    "usdsdg verify calls a copy of it unfinished"
+                )
             return False
         before, now = self.path, journal_now.parent.parent
         self.place, self.path, self._home = FolderPlace(now), now, now / self._home.relative_to(before)

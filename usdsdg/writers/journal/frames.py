@@ -7,6 +7,8 @@ from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
+from usdsdg.writers.journal import lines
+
 # What is known of a file: its size [bytes] and its SHA-256 as hexadecimal digits.
 FileFacts = tuple[int, str]
 
@@ -71,6 +73,12 @@ class FrameFiles:
     def keep(self, folder: str, writer: str, values: dict[str, object]) -> None:
         """Tell what a writer keeps after this frame; writer: its key."""
         self.states.setdefault(folder, {})[writer] = values
+
+    def line(self, folder: str) -> dict[str, object]:
+        """Return what the journal of a folder says of it."""
+        told: dict[str, object] = {lines.FRAME: self.number, lines.FILES: dict(sorted(self.folders[folder].items()))}
+        told |= {lines.FAILED: why} if (why := self.failure(folder)) else {}
+        return told | ({lines.STATE: states} if (states := self.states.get(folder)) else {})
 
     def failure(self, folder: str) -> str:
         """Return why a writer has not written all of it to a folder; "" if all have."""

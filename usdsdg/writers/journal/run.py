@@ -19,7 +19,7 @@ from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import lines, place_locks
+from usdsdg.writers.journal import moved_folders, place_locks
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
@@ -110,7 +110,14 @@ class Run:
         return self.scratch.joinpath(*folder.parts[1:])
 
     def check(self, folder: str | os.PathLike[str]) -> None:
-        """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
+        """Check that the run may write to a folder; raises DatasetInTheWay otherwise.
+
+        Where the script has removed or moved what it has written there before, it makes another dataset.
+        """
+        with self._claiming:
+            if moved_folders.leave(str(folder), self._folders, self._in_hand):
+                self._ended.discard(str(folder))
+                current().writers_turns.pop(str(folder), None)  # who wrote there shares no files with who will
         if self._has_recipe() and str(folder) not in self._folders:
             assert self.recipe is not None
             place = self._place(os.fspath(folder))
@@ -316,7 +323,7 @@ class Run:
             new = [each for each, where in frames if where == name and not folder.journal.has(each.number)]
             try:
                 if new and name not in self._ended:
-                    folder.append([_line(each, name) for each in new])
+                    folder.append([each.line(name) for each in new])
             except UsdsdgError as error:
                 self._ended.add(name)
                 failures.append(error)
@@ -353,9 +360,7 @@ class Run:
 
     def follow_moved(self) -> None:
         """Find folders that a script has moved itself after its last file; forget those that it has removed."""
-        for name in [name for name, folder in self._folders.items() if not folder.place.exists()]:
-            if not self._folders[name].follow():
-                self._folders.pop(name).release()
+        moved_folders.follow(self._folders)
 
     def release(self) -> None:
         """Give all folders back as they are; what is claimed later is claimed anew."""
@@ -387,12 +392,6 @@ class Run:
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = devices.renderer_device_kind()
         return self.recipe is not None
-
-
-def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
-    line: dict[str, object] = {lines.FRAME: frame.number, lines.FILES: dict(sorted(frame.folders[folder].items()))}
-    line |= {lines.FAILED: why} if (why := frame.failure(folder)) else {}
-    return line | ({lines.STATE: states} if (states := frame.states.get(folder)) else {})
 
 
 def get_run() -> Run:
