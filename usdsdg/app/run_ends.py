@@ -1,12 +1,42 @@
 """When the triggers of a graph end a run: those with `max_execs`, once they have reached it."""
 
+from usdsdg.app.saved_graph import warn_of_idle_triggers
 from usdsdg.app.status import OrchestratorError
 from usdsdg.capture.requests import is_watched
 from usdsdg.graph import evaluate
+from usdsdg.session import stage_context
+from usdsdg.session.session import current
 from usdsdg.writers.base import attached_writers, trigger_of
 
 # The input of `on_time_end`, which fires for the last picture of an interval, and not for the first of the next one.
 ON_LAST_FRAME = "triggerOnLastFrame"
+
+
+def is_endless(num_frames: int | None) -> bool:
+    """Return whether nothing ends a run of so many frames: no trigger has a limit, and the command line sets none."""
+    limited = any(trigger.max_execs for trigger in evaluate.graph().triggers)
+    return num_frames is None and not limited and current().orchestrator.frames_without_end is None
+
+
+def most_frames(num_frames: int | None) -> int | None:
+    """Return how many frames a run has at most, of which a script has given `num_frames`; None: triggers end it.
+
+    Raises:
+        OrchestratorError: nothing ends it.
+    """
+    if is_endless(num_frames):
+        warn_of_idle_triggers(stage_context.current_stage())
+        raise never_ends()
+    if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
+        return current().orchestrator.frames_without_end
+    return num_frames
+
+
+def never_ends() -> OrchestratorError:
+    """Return the error of a run that nothing ends."""
+    return OrchestratorError(
+        "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or `usdsdg run --frames N`."
+    )
 
 
 def all_ended(captures: int) -> bool:
@@ -58,6 +88,15 @@ def triggers_that_end(last: int | None) -> list[evaluate.Trigger]:
 def limits_remain() -> bool:
     """Return whether a trigger has not reached its `max_execs` yet, as one that was made since the last run."""
     return any(trigger.max_execs and not trigger.exhausted for trigger in evaluate.graph().triggers)
+
+
+def frames_remain(captures: int, last: int | None) -> bool:
+    """Return whether a run goes on before the frame `captures`; `last` is its end, None: triggers end it.
+
+    Raises:
+        OrchestratorError: triggers are to end it, and none of them can fire any more.
+    """
+    return triggers_remain(captures) if last is None else captures < last and not all_ended(captures)
 
 
 def triggers_remain(captures: int) -> bool:
