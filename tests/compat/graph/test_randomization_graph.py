@@ -1,6 +1,7 @@
 """Nodes of the randomization graph by OmniGraph's names: scripts list them, find them by path, and set their inputs."""
 
 import pytest
+from pxr import Gf
 
 import usdsdg as rep
 from usdsdg.compat.omni.graph import core as og
@@ -41,7 +42,7 @@ def test_nodes_of_the_graph_are_listed(cube):
     assert not graph.is_valid()
 
 
-@pytest.mark.parametrize("how", ["path", "node", "controller", "helper", "edit", "by_name"])
+@pytest.mark.parametrize("how", ["path", "node", "controller", "helper", "edit", "by_name", "pxr"])
 def test_inputs_are_set_however_they_are_found(cube, how):
     path, name = f"{PIPELINE}/OgnSampleUniform", "inputs:lower"
     node = og.Controller().node(path)
@@ -59,6 +60,8 @@ def test_inputs_are_set_however_they_are_found(cube, how):
             og.Controller.edit(PIPELINE, {og.Controller.Keys.SET_VALUES: [(f"OgnSampleUniform.{name}", (1, 1, 1))]})
         case "by_name":
             og.Controller.set((name, node), (1, 1, 1))
+        case "pxr":
+            rep.get_stage().GetPrimAtPath(path).GetAttribute(name).Set(Gf.Vec3i(1, 1, 1))
     assert position(cube) == (1, 1, 1)
     assert list(og.Controller.get(f"{path}.outputs:samples")[0]) == [1, 1, 1]
 
