@@ -98,6 +98,13 @@ def test_the_frame_has_the_data_of_all_annotators_and_the_time(camera):
     assert not {"rgb", "rgba"} & set(camera.get_current_frame())
 
 
+def test_before_anything_is_rendered_the_image_of_a_frame_is_black(camera):
+    frame = camera.get_current_frame()
+    assert frame["rgb"] is None
+    assert frame["rgba"].shape == (20, 40, 4)
+    assert not frame["rgba"].any()
+
+
 def test_a_paused_camera_keeps_its_frame(camera):
     get_timeline().play()
     get_app().update()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import warn_once
@@ -28,6 +30,7 @@ class FrameAnnotators:
     _annotator_device: str | None
     _custom_annotators: dict[str, Annotator]
     _current_frame: dict[str, Any]
+    _resolution: tuple[int, int]
 
     @property
     def supported_annotators(self) -> list[str]:
@@ -54,6 +57,9 @@ class FrameAnnotators:
         annotator = named_annotators.get(annotator_name, kwargs, device=self._annotator_device)
         self._custom_annotators[key] = annotator.attach(self._render_product_path)
         self._current_frame |= dict.fromkeys(_keys(key))
+        if key == "rgb":  # scripts that read it before anything was rendered make a picture of it
+            width, height = self._resolution
+            self._current_frame["rgba"] = np.zeros((height, width, 4), np.uint8)
 
     def detach_annotator(self, annotator_name: str) -> None:
         """Take an annotator out of the frame."""
