@@ -23,8 +23,17 @@ from . import (
     writers,
     writers_default,
 )
-from .annotators import AnnotatorRegistry, NodeConnectionTemplate
+from .annotators import AnnotatorRegistry, Augmentation, NodeConnectionTemplate
 from .app.new_layer import new_layer
+from .augmentations_default import (
+    aug_adjust_sigmoid,
+    aug_brightness,
+    aug_glass_blur,
+    aug_hsv_to_rgb,
+    aug_rgb_to_hsv,
+    aug_shot_noise,
+    aug_speckle_noise,
+)
 from .backends import BackendDispatch
 from .create import mesh_decal as create_mesh_decal
 from .graph.evaluate import graph as get_graph
@@ -56,6 +65,8 @@ __all__ = [
     "create_mesh_decal",
     # what comes out
     "annotators", "AnnotatorRegistry", "NodeConnectionTemplate", "annotators_default", "augmentations_default",
+    "Augmentation", "aug_adjust_sigmoid", "aug_brightness", "aug_glass_blur", "aug_hsv_to_rgb", "aug_rgb_to_hsv",
+    "aug_shot_noise", "aug_speckle_noise",
     "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter",
     "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
     "backends", "BackendDispatch",

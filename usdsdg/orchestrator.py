@@ -9,7 +9,7 @@ from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import Orchestrator, get_orchestrator
-from usdsdg.app.run_ends import limits_remain
+from usdsdg.app.run_ends import is_endless, limits_remain
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import whole_number
@@ -89,13 +89,19 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     Where capture on play is set (`set_capture_on_play`, the default), the timeline plays after the first frame, so that
     bodies fall and animations run, and is stopped at the end.
 
+    Each run begins anew: it repeats the draws of the one before, and what steps have captured before does not count.
+
     Args:
         num_frames: 0 captures nothing. Triggers without `max_execs` do not end the run before.
         start_timeline: Play the timeline first, whether capture on play is set or not.
 
     Raises:
-        OrchestratorError: `num_frames` is None and no trigger ends the run, or it is not an integer >= 0.
+        OrchestratorError: `num_frames` is None and no trigger ends the run, or it is not an integer >= 0. In a
+            coroutine a run that nothing ends begins here instead, as with `run_async`.
     """
+    if asyncio._get_running_loop() is not None and is_endless(num_frames):
+        get_orchestrator().begin_run(start_timeline)
+        return
     for _ in _run(num_frames, start_timeline):
         get_app().run_ready_tasks()
         turns.give_way()
@@ -113,7 +119,15 @@ def run_until_complete(num_frames: int | None = None, start_timeline: bool = Fal
 
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
-    """Run `run` in a coroutine; other tasks run between the frames."""
+    """Run `run` in a coroutine; other tasks run between the frames.
+
+    A run that nothing ends begins here: each update of the application, as by `next_update_async`, captures a frame of
+    it, until `stop`.
+    """
+    if is_endless(num_frames):
+        get_orchestrator().begin_run(start_timeline)
+        await asyncio.sleep(0)
+        return
     frames = _run(num_frames, start_timeline)
     try:
         while True:
@@ -152,7 +166,11 @@ def _check_whole(name: str, value: Any, *, least: int | None = None) -> None:
 
 
 def wait_until_complete() -> None:
-    """Wait until every scheduled file is written; raises the failure of a writer or its backend."""
+    """Wait until every scheduled file is written; raises the failure of a writer or its backend.
+
+    Raises:
+        OrchestratorError: a run that nothing ends has begun, and captured nothing yet.
+    """
     get_orchestrator().finish()
 
 
@@ -182,7 +200,7 @@ def pause() -> None:
 
 
 def resume() -> None:
-    """Continue after `pause`.
+    """Continue after `pause`; after a `step`, let each update of the application capture a frame, until `stop`.
 
     Where capture on play is set, the next frame shows the time at which the timeline was paused, which then plays on.
     """

@@ -34,6 +34,7 @@ def forgotten():
         ("LdrColor", np.float32, 4, lambda aovs: aovs["LdrColor"].astype(np.float32)),
         ("DistanceToCameraSD", np.float32, 1, lambda aovs: aovs["distance_to_camera"]),
         ("DepthLinearized", np.float16, 1, lambda aovs: aovs["distance_to_image_plane"].astype(np.float16)),
+        ("DepthLinearizedSD", None, 1, lambda aovs: aovs["distance_to_image_plane"]),
         ("albedo", None, 1, lambda aovs: aovs["albedo"]),
         ("instance", np.int64, 1, lambda aovs: aovs["instance"].astype(np.int64)),
     ],

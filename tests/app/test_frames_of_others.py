@@ -163,6 +163,32 @@ def test_a_run_that_triggers_end_passes_over_its_frames(tmp_path, executed):
     assert len(executed) < 2 * FRAMES
 
 
+@pytest.mark.parametrize("between", [lambda: None, rep.orchestrator.stop, rep.orchestrator.step])
+def test_a_second_run_is_counted_and_made_in_parts_as_it_is_made_whole(between, tmp_path):
+    """The first frame of a run starts it, whoever makes it: until then, all counts are those of the one before."""
+
+    def scene():
+        camera, cubes = rep.create.camera(position=(8, 0, 3), look_at=(0, 0, 0)), shapes()
+        with rep.trigger.on_frame(max_execs=4), cubes:
+            rep.modify.pose(position=uniform((-2, -2, -1), (2, 2, 1)))
+        return camera
+
+    counts = []
+
+    def write(folder):
+        current().run.counts_only = folder.name == "counted"
+        script(scene, num_frames=None)(folder)
+        between()
+        rep.orchestrator.run_until_complete()
+        counts.append(current().run.captures)
+
+    run(write, tmp_path / "whole")
+    run(write, tmp_path / "counted")
+    assert counts[0] == counts[1]
+    run_parts(write, tmp_path / "parts", "0:5", "5:")
+    assert differences(tmp_path / "parts", tmp_path / "whole") == []
+
+
 def test_the_stage_shows_the_last_frame_after_a_run(tmp_path):
     shown = []
 

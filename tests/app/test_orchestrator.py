@@ -74,16 +74,65 @@ def test_stop_and_setting_the_seed_restart_the_draws():
     assert other[0] not in first
 
 
-def test_a_second_run_captures_as_many_frames_with_new_draws():
+def sizes_of_runs(size, count):
+    """The sizes that the frames of so many runs show, one list for each run."""
+    runs = []
+    for _ in range(count):
+        sizes = []
+        end = get_orchestrator().on_captured(lambda sizes=sizes: sizes.append(size()))
+        try:
+            orchestrator.run_until_complete()
+        finally:
+            end()
+        runs.append(sizes)
+    return runs
+
+
+def test_a_second_run_repeats_the_draws_of_the_first():
+    """Generators and counts of executions are reset whenever a stopped orchestrator starts a run, as in Replicator."""
+    first, second, third = sizes_of_runs(randomized(trigger.on_frame(max_execs=3)), 3)
+    assert len(set(first)) == 3
+    assert first == second == third
+
+
+def test_another_seed_gives_a_second_run_other_draws():
     size = randomized(trigger.on_frame(max_execs=3))
-    sizes = []
-    end = get_orchestrator().on_captured(lambda: sizes.append(size()))
+    [first] = sizes_of_runs(size, 1)
+    set_global_seed(5)
+    [other] = sizes_of_runs(size, 1)
+    assert not set(first) & set(other)
+    set_global_seed(5)
+    assert sizes_of_runs(size, 1) == [other]
+
+
+def test_a_run_after_a_stop_is_as_long_as_the_first(no_physics):
+    sizes = randomized(trigger.on_time(interval=0.1, max_execs=2))
+    [first] = sizes_of_runs(sizes, 1)
+    orchestrator.stop()
+    assert sizes_of_runs(sizes, 1) == [first]
+    assert len(first) > 2
+
+
+def test_steps_before_a_run_take_no_frames_from_it():
+    """As those that load materials, before the run itself."""
+    expected = sizes_of_runs(randomized(trigger.on_frame(max_execs=3)), 1)
+    new_stage()
+    set_global_seed(1)
+    size = randomized(trigger.on_frame(max_execs=3))
+    captured(size, 2)
+    assert sizes_of_runs(size, 1) == expected
+
+
+def test_a_run_that_starts_the_timeline_after_steps_plays_it(no_physics):
+    orchestrator.step()
+    trigger.on_frame(max_execs=3)
+    times = []
+    end = get_orchestrator().on_captured(lambda: times.append(get_timeline().get_current_time()))
     try:
-        orchestrator.run()
-        orchestrator.run()
+        orchestrator.run(start_timeline=True)
     finally:
         end()
-    assert len(set(sizes)) == len(sizes) == 6
+    assert times == pytest.approx([0, 1 / 60, 2 / 60])
 
 
 def test_a_playing_timeline_resumes_at_the_next_step(no_physics):

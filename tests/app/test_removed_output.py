@@ -121,3 +121,49 @@ def test_a_folder_that_was_moved_to_another_disk_is_the_dataset_that_stays(kept,
     assert json.loads(last)["complete"]
     verified = forked.run(["-m", "usdsdg", "verify", "--files", str(moved)], cwd=ROOT)
     assert verified.returncode == 0, verified.stdout
+
+
+AGAIN = """
+import os
+import shutil
+import sys
+import usdsdg as rep
+out, how, writer_name = sys.argv[1:]
+rep.create.cube(semantics=[("class", "cube")])
+rep.create.light(light_type="dome")
+product = rep.create.render_product(rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0)), (32, 24))
+options = {"BasicWriter": {"rgb": True}, "CocoWriter": {"plain_names": True}}[writer_name]
+for turn in range(3):
+    if os.path.exists(out):
+        if how == "remove":
+            shutil.rmtree(out)
+        else:
+            os.rename(out, out + str(turn - 1))
+    writer = rep.writers.get(writer_name, init_params={"output_dir": out, **options})
+    writer.attach(product)
+    for _ in range(turn + 1):
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    writer.detach()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="open files cannot be removed there")
+@pytest.mark.parametrize("writer", ["BasicWriter", "CocoWriter"])
+@pytest.mark.parametrize(("program", "how"), [("usdsdg run", "remove"), ("usdsdg run", "move"), ("python", "remove")])
+def test_a_folder_is_written_anew_where_the_script_has_removed_or_moved_it(program, how, writer, tmp_path):
+    """Scripts clear their output folder before each of their scenes."""
+    if how == "move" and not Path("/proc/self/fd").is_dir():
+        pytest.skip("the system does not tell where an open file was moved")
+    script = tmp_path / "script.py"
+    script.write_text(AGAIN)
+    done = run(program, script, tmp_path / "out", how, writer)
+    assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
+    assert "several writers" not in done.stderr
+    assert "not there any more" not in done.stderr
+    frames = {"out": 3, **({"out0": 1, "out1": 2} if how == "move" else {})}
+    assert sorted(each.name for each in tmp_path.iterdir() if each.is_dir()) == sorted(frames)
+    for name, count in frames.items():
+        assert json.loads((tmp_path / name / ".usdsdg/recipe.json").read_bytes())["frames"] == count
+        verified = forked.run(["-m", "usdsdg", "verify", str(tmp_path / name)], cwd=ROOT)
+        assert "0 faults" in verified.stdout, verified.stdout

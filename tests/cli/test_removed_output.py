@@ -33,13 +33,13 @@ def test_a_removed_output_folder_is_told_once(tmp_path):
 
 
 DETACHED = """
-import shutil, sys
+import os, shutil, sys
 import usdsdg as rep
 from usdsdg.writers.journal import run
 camera = rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0))
 rep.create.cube(semantics=[("class", "cube")])
 product = rep.create.render_product(camera, (16, 8))
-for name in ("removed", "moved", "kept"):
+for name in ("removed", "moved", "kept", "moved"):
     writer = rep.writers.get("BasicWriter")
     writer.initialize(output_dir=f"{sys.argv[1]}/{name}", bounding_box_2d_tight=True)
     writer.attach(product)
@@ -52,7 +52,7 @@ for name in ("removed", "moved", "kept"):
     writer.detach()
     if name == "removed":
         shutil.rmtree(f"{sys.argv[1]}/{name}")
-    elif name == "moved":
+    elif name == "moved" and not os.path.exists(f"{sys.argv[1]}/kept"):
         shutil.move(f"{sys.argv[1]}/{name}", f"{sys.argv[1]}/elsewhere")
 """
 
@@ -62,6 +62,6 @@ def test_a_dataset_that_is_done_may_be_removed_or_moved_while_others_are_made(tm
     done = run([str(tmp_path / "script.py"), str(tmp_path / "out")], fresh=True)
     assert done.returncode == 0, done.stderr
     assert "out/removed is not there any more" in done.stderr
-    for name, frames in (("elsewhere", 1), ("kept", 3)):
+    for name, frames in (("elsewhere", 1), ("kept", 3), ("moved", 1)):
         report = verify(tmp_path / "out" / name)
         assert (report.faults, report.recorded) == ([], frames)

@@ -6,8 +6,10 @@ import pytest
 from pxr import Gf, Usd, UsdRender
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgError, UsdsdgWarning
+from usdsdg.errors import ArgumentError, BadPrim, GraphError, RenderError, UsdsdgError, UsdsdgWarning
 from usdsdg.session.render_products import products
+from usdsdg.session.settings.store import get_settings
+from usdsdg.utils import viewport_manager
 
 
 @pytest.fixture
@@ -25,6 +27,30 @@ def test_a_product_is_a_prim_of_the_session_layer(stage, cameras):
     handle = product.hydra_texture
     assert (handle.width, handle.height) == (640, 480)
     assert handle.get_render_product_path() == product.path
+    assert (handle.get_width(), handle.get_height()) == (640, 480)
+    assert (handle.get_name(), handle.get_camera_path()) == ("Replicator", f"{cameras.prims[1]}/Camera")
+    assert handle.hydra_engine == "rtx"
+
+
+@pytest.mark.parametrize(
+    ("prefix", "path"),
+    [
+        ("OmniverseKit/HydraTextures/", "/Render/OmniverseKit/HydraTextures/mine"),
+        ("", f"/Render/{viewport_manager.LEGACY_RP_PREFIX}mine"),
+    ],
+)
+def test_a_setting_says_where_products_are(stage, cameras, prefix, path):
+    settings = get_settings()
+    made = rep.create.render_product(cameras.prims[1], (8, 8), name="mine")
+    assert made.path == f"/Render/{settings.get(viewport_manager.RP_PREFIX_SETTING)}mine"
+    settings.set(viewport_manager.RP_PREFIX_SETTING, prefix)
+    assert rep.create.render_product(cameras.prims[1], (8, 8), name="mine").path == path
+
+
+def test_a_place_of_products_that_is_no_path_is_named(stage, cameras):
+    get_settings().set(viewport_manager.RP_PREFIX_SETTING, "my products/")
+    with pytest.raises(ArgumentError, match="path/prefix is 'my products/'; expected names"):
+        rep.create.render_product(cameras.prims[0], (8, 8))
 
 
 def test_a_product_is_reused_unless_a_new_one_is_requested(stage, cameras):

@@ -299,6 +299,26 @@ def test_an_attribute_is_created_if_its_type_is_given(stage, type_name, value, h
     assert made.GetTypeName() == Sdf.ValueTypeNames.Find(type_name)
 
 
+def test_attributes_of_a_lens_need_no_type(stage):
+    own = UsdGeom.Camera.Define(stage, "/World/Camera")
+    cameras = rep.create.group([rep.create.camera(), "/World/Camera"])
+    with cameras:
+        rep.modify.attribute("cameraProjectionType", "fisheyeOpenCV")
+        rep.modify.attribute("fthetaWidth", 64)
+        rep.modify.attribute("openCVFx", rep.distribution.uniform(40.0, 41.0))
+    evaluate.graph().evaluate()
+    for prim in (stage.GetPrimAtPath("/Replicator/Camera_Xform/Camera"), own.GetPrim()):
+        assert prim.GetAttribute("cameraProjectionType").Get() == "fisheyeOpenCV"
+        assert prim.GetAttribute("fthetaWidth").Get() == 64
+        assert 40 <= prim.GetAttribute("openCVFx").Get() <= 41
+        assert str(prim.GetAttribute("openCVFx").GetTypeName()) == "float"
+
+    with rep.create.cube():
+        rep.modify.attribute("openCVFx", 40.0)
+    with pytest.raises(GraphError, match="no attribute 'openCVFx'"):
+        evaluate.graph().evaluate()
+
+
 def test_errors_for_misspelled_attributes_and_types_list_near_misses(stage):
     cube = rep.create.cube(as_mesh=False)
     for arguments, message in (

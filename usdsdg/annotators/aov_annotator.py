@@ -57,6 +57,8 @@ def register_aov(
 def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
     """Return the annotator whose array is `aov`, or a new one for an AOV of the renderer."""
     known = _SYNONYMS.get(aov, aov)
+    if known not in annotator_specs and known.removesuffix("SD") in annotator_specs:
+        known = known.removesuffix("SD")  # as scripts of earlier versions name render variables
     if known in annotator_specs and annotator_specs.get(known).empty is not None:
         return annotator_specs.get(known)
     if aov in unsupported:

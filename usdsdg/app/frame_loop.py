@@ -14,14 +14,17 @@ from pxr import Usd
 
 from usdsdg import rng
 from usdsdg.app.app import get_app
+from usdsdg.app.exposing import expose
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.playback import Playback
 from usdsdg.app.run_ends import (
     all_ended,
     are_frames_due,
     ends_without_picture,
+    frames_remain,
+    most_frames,
+    never_ends,
     report_end,
-    triggers_remain,
     triggers_that_end,
 )
 from usdsdg.app.saved_graph import author_run, warn_of_idle_triggers
@@ -30,7 +33,7 @@ from usdsdg.app.sub_frames import SubFrames
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
-from usdsdg.capture.render_settings import RenderMode, render_mode
+from usdsdg.capture.render_settings import render_mode
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
@@ -66,6 +69,7 @@ class Orchestrator:
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
         self._run: object = None  # stands for the `run` that has begun last, until it ends
+        self._is_open = False  # whether each app update captures a frame, until `stop`
         self.is_unawaited = False  # whether `run` has returned, and the script may still wait for it
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
@@ -76,7 +80,7 @@ class Orchestrator:
         self.captures, self._initialized, self._frames_of_last_run = 0, False, 0
         for part in (self.sub_frames, self._playback):
             part.reset()
-        self._start_unseen = self.is_unawaited = False
+        self._start_unseen = self.is_unawaited = self._is_open = False
         self.capture = Capture()
 
     # --- one frame ---
@@ -129,7 +133,8 @@ class Orchestrator:
         mode = render_mode(self.sub_frames.take(rt_subframes, fired))
         self.capture.begin(self.captures, ahead)
         try:
-            self._advance_and_expose(mode, self._playback.duration(delta_time), evaluate.puts_bodies_back(fired))
+            duration, bodies_wait = self._playback.duration(delta_time), evaluate.puts_bodies_back(fired)
+            expose(self.capture, mode, duration, is_first=not self.captures, bodies_wait=bodies_wait)
             self.capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self.capture.give_up()
@@ -143,6 +148,7 @@ class Orchestrator:
 
     def _end_step(self, pause_timeline: bool) -> None:
         self._frames_of_run += 1
+        self._is_open = self._is_open and self._runs
         self._playback.end_frame(pause_timeline)
         self._set_status(Status.STARTED if self._runs else Status.STEPPED)
 
@@ -156,20 +162,6 @@ class Orchestrator:
         self.captures += tap.count
         self._captured.call()
         self._set_status(Status.STEPPED)
-
-    def _advance_and_expose(self, mode: RenderMode, duration: float, bodies_wait: bool) -> None:
-        """Advance timeline, and physics if it plays, by `duration` [s]; motion blur exposes sub-frames in between."""
-        if mode.motion_blur and duration > 0.0:
-            parts = mode.split(mode.sub_frames)
-            self.capture.open_shutter()
-            for part in parts:
-                get_app().advance(duration / len(parts), bodies_wait=bodies_wait)
-                self.capture.expose(part)
-            return
-        # The first captured frame shows the scene as it was set up.
-        if duration > 0.0 and self.captures > 0:
-            get_app().advance(duration, bodies_wait=bodies_wait)
-        self.capture.expose(mode)
 
     def _start_if_stopped(self) -> None:
         """Start a run: reset counters and generators and run a preview if not initialized, then check references.
@@ -196,7 +188,7 @@ class Orchestrator:
 
     # --- many frames ---
     def capture_on_play(self, played: bool) -> None:
-        """Capture an app update of a playing timeline if capture on play is set, and something waits for frames.
+        """Capture an app update of an open run, or of a playing timeline if that is set and something waits for frames.
 
         When all triggers have reached their limits, or a timeline that does not loop its end, the run ends and the
         timeline stops.
@@ -205,7 +197,8 @@ class Orchestrator:
         """
         timeline = get_timeline()
         plays = (played and (timeline.is_playing() or timeline.has_ended())) or self._playback.resumes
-        if plays and self.status is not Status.PAUSED and captures_on_play() and are_frames_due():
+        is_due = self._is_open or (plays and captures_on_play() and are_frames_due())
+        if is_due and self.status is not Status.PAUSED:
             if self.status is Status.STOPPED:
                 evaluate.graph().renew_limits()
             # Time triggers fire in the update, before its picture.
@@ -244,10 +237,41 @@ class Orchestrator:
                 get_timeline().pause()
 
     def resume(self) -> None:
-        """Continue after `pause`. A timeline that is captured plays on after a frame of the time at which it paused."""
-        if self.status is Status.PAUSED:
+        """Continue after `pause`, or capture every app update after a `step`.
+
+        A timeline that is captured plays on after a frame of the time at which it paused.
+        """
+        if self.status in (Status.PAUSED, Status.STEPPED):
+            self._is_open = self._is_open or self.status is Status.STEPPED
             self._set_status(Status.STARTED)
             self._playback.resumes = captures_on_play()
+
+    def begin_run(self, start_timeline: bool) -> None:
+        """Begin an open run, which captures a frame at each app update until `stop`.
+
+        The timeline plays after the first frame, as in `run`.
+        """
+        self._begin_anew()
+        self._start_if_stopped()
+        self._set_status(Status.STARTED)
+        self._is_open, self._playback.resumes = True, captures_on_play() or start_timeline
+
+    def check_open_run(self) -> None:
+        """Raise if an open run has begun, and no app update has captured a frame of it."""
+        if self._is_open and not self._frames_of_run:
+            self._is_open = False
+            raise never_ends()
+
+    def _begin_anew(self) -> None:
+        """Leave what steps or a run have drawn and counted before, which is not part of the next run."""
+        self._is_open = False
+        if self.status is Status.PAUSED:
+            self._set_status(Status.STARTED)
+        elif self.captures:
+            self.stop()
+        if self.status is Status.STOPPED:
+            evaluate.graph().renew_limits()
+        self._playback.reset()
 
     def run(self, num_frames: int | None, start_timeline: bool) -> Generator[None]:
         """Capture frames and yield after each, until the run has ended or has been stopped."""
@@ -255,43 +279,23 @@ class Orchestrator:
             raise OrchestratorError(
                 "orchestrator.run: another run captures frames already; await it, or end it with orchestrator.stop()."
             )
-        timeline = get_timeline()
-        timeline.release()
+        self._begin_anew()
+        get_timeline().release()
         if start_timeline:
-            timeline.play()
-        if self.status is Status.STOPPED:
-            evaluate.graph().renew_limits()
-        elif self.status is Status.PAUSED:
-            self._set_status(Status.STARTED)
-        self._playback.reset()
-        if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
-            num_frames = self.frames_without_end
-            if num_frames is None:
-                warn_of_idle_triggers(stage_context.current_stage())
-                raise OrchestratorError(
-                    "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
-                    "`usdsdg run --frames N`."
-                )
+            get_timeline().play()
+        num_frames = most_frames(num_frames)
         expected_before = self.capture.expected_frames  # by a job that this run is part of
-        self.capture.expected_frames = None if num_frames is None else self.captures + num_frames
-        last = self.captures + (num_frames or 0)
-        self._last = last if num_frames is not None else None
+        self._last = self.capture.expected_frames = None if num_frames is None else self.captures + num_frames
         others = FramesOfOthers(self.capture, self._is_unseen)
         self._start_unseen = True
         this = self._run = object()
-
-        def frames_remain() -> bool:
-            if num_frames is None:
-                return triggers_remain(self.captures)
-            return self.captures < last and not all_ended(self.captures)
-
         try:
             has_begun = False
             while True:
                 with turns:  # in which other threads pause and stop
                     if has_begun and (self.status is Status.STOPPED or self._run is not this):
                         return
-                    if not frames_remain():
+                    if not frames_remain(self.captures, self._last):
                         break
                     if self.status is not Status.PAUSED:
                         with self._running():
@@ -317,18 +321,10 @@ class Orchestrator:
 
     def _pass_over_others(self, others: FramesOfOthers) -> None:
         """Count the next frames of a run that other processes make, as far as these need not be evaluated here."""
-        playback = self._playback
-        while self._frames_of_run and not playback.has_ended and (count := others.count(self.captures, self._last)):
-            end = self.captures + count
-            while self.captures < end and not playback.has_ended:
-                with whole_frame():
-                    others.fire(self.captures, end)
-                    playback.play(None, is_first=False, runs=True)
-                    if seconds := playback.duration(None):
-                        get_app().advance(seconds)
-                    self.capture.pass_over(self.captures)
-                    self.captures += 1
-                    self._frames_of_run += 1
+        if self.status is not Status.STOPPED and self._frames_of_run:  # else the first frame starts the run
+            for _ in others.pass_over(self.captures, self._last, self._playback):
+                self.captures += 1
+                self._frames_of_run += 1
 
     def _is_unseen(self) -> bool:
         """Return whether no code of the script can look at the stage between frames."""
@@ -351,7 +347,8 @@ class Orchestrator:
 
         Where capture on play is set, the timeline is stopped before.
         """
-        self.is_unawaited = False
+        self.check_open_run()
+        self.is_unawaited = self._is_open = False
         if self.status is not Status.STOPPED and captures_on_play():
             get_timeline().stop()
         if self.status is Status.STOPPED:
@@ -362,6 +359,7 @@ class Orchestrator:
 
     def stop(self) -> None:
         """End the run: the next frame is again a first frame, with the same draws."""
+        self._is_open = False
         self.finish()
         self._frames_of_last_run = self.captures or self._frames_of_last_run
         self.captures, self._initialized, self._start_unseen = 0, False, False

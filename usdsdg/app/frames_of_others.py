@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
+from usdsdg.app.app import get_app
+from usdsdg.app.playback import Playback
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.time_dependence import may_move
 from usdsdg.errors import Unsupported
 from usdsdg.graph.evaluate import Trigger, graph, run
 from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.worlds import WorldDraws
+from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import captures_motion_blur
 from usdsdg.session.stage_context import current_stage
@@ -52,6 +55,23 @@ class FramesOfOthers:
         if self._may_change:
             count = self._look(frame, count)
         return count
+
+    def pass_over(self, frame: int, last: int | None, playback: Playback) -> Iterator[None]:
+        """Count the frames from `frame` on that can be passed over; each ends when the next one is asked for.
+
+        last: as for `count`. playback: plays the timeline.
+        """
+        while not playback.has_ended and (count := self.count(frame, last)):
+            end = frame + count
+            while frame < end and not playback.has_ended:
+                with whole_frame():
+                    self.fire(frame, end)
+                    playback.play(None, is_first=False, runs=True)
+                    if seconds := playback.duration(None):
+                        get_app().advance(seconds)
+                    self._capture.pass_over(frame)
+                    frame += 1
+                    yield
 
     def fire(self, frame: int, end: int) -> None:
         """Count the firings of one frame; `end` is the next one that is not passed over.

@@ -1,15 +1,44 @@
 """When the triggers of a graph end a run: those with `max_execs`, once they have reached it."""
 
+from usdsdg.app.saved_graph import warn_of_idle_triggers
 from usdsdg.app.status import OrchestratorError
 from usdsdg.capture.requests import is_watched
 from usdsdg.errors import counted
 from usdsdg.graph import evaluate
-from usdsdg.session import progress
+from usdsdg.session import progress, stage_context
+from usdsdg.session.session import current
 from usdsdg.writers.base import attached_writers, trigger_of
 from usdsdg.writers.journal.run import get_run
 
 # The input of `on_time_end`, which fires for the last picture of an interval, and not for the first of the next one.
 ON_LAST_FRAME = "triggerOnLastFrame"
+
+
+def is_endless(num_frames: int | None) -> bool:
+    """Return whether nothing ends a run of so many frames: no trigger has a limit, and the command line sets none."""
+    limited = any(trigger.max_execs for trigger in evaluate.graph().triggers)
+    return num_frames is None and not limited and current().orchestrator.frames_without_end is None
+
+
+def most_frames(num_frames: int | None) -> int | None:
+    """Return how many frames a run has at most, of which a script has given `num_frames`; None: triggers end it.
+
+    Raises:
+        OrchestratorError: nothing ends it.
+    """
+    if is_endless(num_frames):
+        warn_of_idle_triggers(stage_context.current_stage())
+        raise never_ends()
+    if num_frames is None and not any(trigger.max_execs for trigger in evaluate.graph().triggers):
+        return current().orchestrator.frames_without_end
+    return num_frames
+
+
+def never_ends() -> OrchestratorError:
+    """Return the error of a run that nothing ends."""
+    return OrchestratorError(
+        "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or `usdsdg run --frames N`."
+    )
 
 
 def all_ended(captures: int) -> bool:
@@ -80,6 +109,15 @@ def limits_remain() -> bool:
     return any(trigger.max_execs and not trigger.exhausted for trigger in evaluate.graph().triggers)
 
 
+def frames_remain(captures: int, last: int | None) -> bool:
+    """Return whether a run goes on before the frame `captures`; `last` is its end, None: triggers end it.
+
+    Raises:
+        OrchestratorError: triggers are to end it, and none of them can fire any more.
+    """
+    return triggers_remain(captures) if last is None else captures < last and not all_ended(captures)
+
+
 def triggers_remain(captures: int) -> bool:
     """Return whether a trigger has not come to the end of its `max_execs` before the frame `captures`.
 
@@ -88,7 +126,11 @@ def triggers_remain(captures: int) -> bool:
     """
     limited = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs]
     remaining = [trigger for trigger in limited if not _has_ended(trigger, captures)]
-    reasons = [trigger.blocked() for trigger in remaining]
+    reasons = [_why_off(trigger) or trigger.blocked() for trigger in remaining]
     if remaining and all(reasons):
         raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
     return bool(remaining)
+
+
+def _why_off(trigger: evaluate.Trigger) -> str:
+    return f"{trigger.node.describe()} is disabled (set_disabled)" if trigger.node.is_off else ""

@@ -13,6 +13,7 @@ from usdsdg.errors import ArgumentError, BadPrim, RenderError, WrongType, counte
 from usdsdg.graph.node import prim_paths
 from usdsdg.session import render_products
 from usdsdg.session.render_products import HydraTexture, product_at, products, reset
+from usdsdg.session.settings.store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.cameras import default_view
@@ -21,7 +22,6 @@ from usdsdg.stage.cameras.tiled_sensors import Tiles, tiles_of_sensor
 
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_product_tiled", "reset"]
 
-PREFIX = "/Render/HydraTextures"
 NAME = "Replicator"
 # Number of cameras that an error message lists.
 LISTED = 8
@@ -40,6 +40,8 @@ def render_product(
 ) -> HydraTexture | list[HydraTexture]:
     """Create one render product per camera, below `/Render/HydraTextures` in the session layer.
 
+    The setting `/exts/omni.kit.hydra_texture/renderProduct/path/prefix` may name another place below `/Render`.
+
     Returns a handle for one camera, a list of handles for several: of a stereo pair the left and the right one.
 
     Args:
@@ -57,7 +59,7 @@ def render_product(
         WrongType: resolution is not a pair of integers, which may be texts.
         RenderError: an image of this size is not possible, or it is not the size of the tiled sensor.
         BadPrim: a path is not a camera on the stage, or there is none.
-        ArgumentError: the number of names differs from the number of cameras.
+        ArgumentError: the number of names differs from the number of cameras, or the setting is no part of a path.
     """
     size = _size("resolution", resolution)
     cameras = [each for path in prim_paths(camera) for each in _cameras_of(path)]
@@ -150,6 +152,15 @@ def _default_names(cameras: list[str]) -> list[str]:
     return [NAME] * len(cameras)
 
 
+def _prefix() -> str:
+    """Return what paths of products begin with, up to their names."""
+    given = get_settings().get_as_string(render_products.RP_PREFIX_SETTING) or render_products.LEGACY_RP_PREFIX
+    if not Sdf.Path.IsValidPathString(f"/Render/{given}{NAME}"):
+        setting = render_products.RP_PREFIX_SETTING
+        raise ArgumentError(f"{setting} is {given!r}; expected names, such as 'HydraTextures/'")
+    return f"/Render/{given}"
+
+
 def _known_cameras() -> str:
     found = default_view.cameras(current_stage())
     listed = ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
@@ -172,7 +183,7 @@ def _product(
     stage = current_stage()
     layer = stage.GetEditTarget().GetLayer()
     with Usd.EditContext(stage, stage.GetSessionLayer()):
-        path = paths.next_free_path(stage, f"{PREFIX}/{prim_name(name) if name else default}")
+        path = paths.next_free_path(stage, f"{_prefix()}{prim_name(name) if name else default}")
         prim = UsdRender.Product.Define(stage, path)
         prim.CreateCameraRel().SetTargets([Sdf.Path(each) for each in (tiles.cameras if tiles else [camera])])
         prim.CreateResolutionAttr(Gf.Vec2i(*size))

@@ -14,6 +14,7 @@ from typing import Any
 from usdsdg.errors import GraphError, UsdsdgError, let_pass
 from usdsdg.graph.actions import action_of, optional_inputs
 from usdsdg.graph.authoring import author, author_impulse, author_input, author_prims
+from usdsdg.graph.edited_inputs import EditedInputs, adopt_input
 from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 from usdsdg.session.session import current
@@ -106,6 +107,7 @@ class Graph:
         self.drawn_once: dict[str, list[Any]] = {}  # by name, the draws of named distributions outside triggers
         # By path, where projector and targets were when a projection was computed; None: not looked for yet.
         self.projections: dict[str, Any] | None = None
+        self.edits = EditedInputs()
         self._events: list[str] = []
         self._keys: Counter[str] = Counter()
 
@@ -209,6 +211,7 @@ class Graph:
         A custom event sent twice fires twice. `preview` runs every frame and time trigger once, as the orchestrator's
         initialization does.
         """
+        self.adopt_edits()
         self.run_impulses()
         if preview:
             # Custom events are not previewed: they stay queued for the next evaluation.
@@ -218,6 +221,13 @@ class Graph:
         for event in events[1:]:
             fired += self._fire(TriggerContext(-1, time, frozenset([event])))
         return fired
+
+    def adopt_edits(self) -> None:
+        """Give nodes the inputs that a script has edited at their prims."""
+        for path in self.edits.take():
+            node = self.get_node(str(path.GetPrimPath()))
+            if node is not None and node.get_attribute_exists(path.name):
+                adopt_input(node, path)
 
     def run_impulses(self) -> None:
         """Run the nodes that run once and have not run yet."""
@@ -233,7 +243,8 @@ class Graph:
                     self.drawn_once |= {name: list(rows) for name, rows in parts.items()}
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
-        due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]
+        active = [trigger for trigger in self.triggers if not (trigger.exhausted or trigger.node.is_off)]
+        due = [trigger for trigger in active if trigger.due(context)]
         for trigger in due:
             if trigger.prepare is not None and not context.preview:
                 trigger.prepare()
@@ -279,7 +290,7 @@ def _note_uses(node: Node, trigger: Trigger | None) -> None:
 def run(node: Node) -> None:
     """Execute one node; errors name the script line that made it."""
     action = action_of(node.kind)
-    if action is None:
+    if action is None or node.is_off:
         return
     if isinstance(node.prims, LivePrims) and (found := node.prims.again(node.executions)) != node.prims:
         graph().retarget(node, found)

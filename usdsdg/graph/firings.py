@@ -35,6 +35,8 @@ class Firings:
         """
         if trigger.kind != "OgnOnFrame":
             raise Unsupported(f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {REMEDY}")
+        if any(node.is_off for node in (trigger.node, *trigger.nodes)):
+            raise Unsupported(f"worlds: a node of {trigger.node.describe()} is disabled. {REMEDY}")
         interval = int(trigger.node.inputs["interval"])
         # The preview has drawn what frame 0 shows.
         fires = (frames > 0) & (frames % interval == 0)

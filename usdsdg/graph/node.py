@@ -84,6 +84,7 @@ class Node:
     state: dict[str, Any] = field(default_factory=dict)
     path: str | None = None  # of its prim, on the stage with the root layer `layer`
     layer: Any = None
+    is_off: bool = False  # a script has disabled it
     item: Any = field(default=None, init=False, repr=False)  # the first one made of it, such as a distribution
 
     def __post_init__(self) -> None:
@@ -118,6 +119,14 @@ class Node:
     def is_valid(self) -> bool:
         """Whether the node is one of the current stage."""
         return self in current().nodes
+
+    def set_disabled(self, disabled: bool) -> None:
+        """Let the node not run from now on, or run again; what a disabled trigger executes does not run either."""
+        self.is_off = bool(disabled)
+
+    def is_disabled(self) -> bool:
+        """Whether a script has disabled the node."""
+        return self.is_off
 
     def get_type_name(self) -> str:
         """Return the type of the node, as `omni.replicator.core.OgnSampleUniform`."""

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from pxr import Sdf, Usd
+
+from usdsdg.session.stage_context import current_stage
+
 if TYPE_CHECKING:
     from usdsdg.graph.node import ReplicatorItem
 
@@ -48,6 +52,40 @@ class NodeAttribute:
     def is_valid(self) -> bool:
         """Whether the node has such an input or output."""
         return self.item.node.get_attribute_exists(self.name)
+
+    def get_upstream_connections(self) -> list[NodeAttribute]:
+        """Return the outputs that it has its values from: of a distribution, or of the node that runs before.
+
+        Raises:
+            Unsupported: the node has no prim, as it has run already.
+        """
+        attribute = current_stage().GetAttributeAtPath(self.get_path())
+        return [each for each in map(self._at, attribute.GetConnections() if attribute else []) if each is not None]
+
+    def get_downstream_connections(self) -> list[NodeAttribute]:
+        """Return the inputs of other nodes that have their values from it.
+
+        Raises:
+            Unsupported: the node has no prim, as it has run already.
+        """
+        own = Sdf.Path(self.get_path())
+        paths = [node.get_prim_path() for node in self.get_node().get_graph().get_nodes()]
+        inputs = [each for path in paths for each in current_stage().GetPrimAtPath(path).GetAuthoredAttributes()]
+        inputs = [each for each in inputs if own in each.GetConnections()]
+        return [each for each in map(self._at, map(Usd.Attribute.GetPath, inputs)) if each is not None]
+
+    def get_upstream_connection_count(self) -> int:
+        """Return how many there are of `get_upstream_connections`."""
+        return len(self.get_upstream_connections())
+
+    def get_downstream_connection_count(self) -> int:
+        """Return how many there are of `get_downstream_connections`."""
+        return len(self.get_downstream_connections())
+
+    def _at(self, path: Sdf.Path) -> NodeAttribute | None:
+        """Return the attribute at a path; None of what starts the nodes that run once, of which there is no node."""
+        node = self.get_node().get_graph().get_node(str(path.GetPrimPath()))
+        return None if node is None else node.get_attribute(path.name)
 
 
 @dataclass(frozen=True)

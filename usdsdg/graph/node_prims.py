@@ -124,7 +124,7 @@ def read_node(prim: Usd.Prim) -> NodeRecord:
         if name == "execIn":
             node.after = str(sources[0].GetPrimPath()) if sources else None
         elif space == "inputs":
-            value = Link(str(sources[0].GetPrimPath())) if sources else _decoded(attribute)
+            value = Link(str(sources[0].GetPrimPath())) if sources else decoded(attribute)
             _put(node.inputs, name, value)
         elif space == "usdsdg":
             node.metadata[name] = str(attribute.Get())
@@ -200,7 +200,8 @@ def _number_kind(values: Sequence[Any]) -> type | None:
     return float if kinds and kinds <= {int, float} else None
 
 
-def _decoded(attribute: Usd.Attribute) -> Any:
+def decoded(attribute: Usd.Attribute) -> Any:
+    """Return the value of an input as a node has it: the inverse of `write_input`."""
     value = attribute.Get()
     if attribute.GetCustomDataByKey("usdsdg:json"):
         return json.loads(value)

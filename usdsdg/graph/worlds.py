@@ -53,6 +53,8 @@ class WorldDraws:
 
     def __init__(self, graph: Graph, frame: int, count: int, *, is_shown: bool = False) -> None:
         frames = frame + np.arange(count)
+        if not is_shown:
+            graph.adopt_edits()
         self._firings = [Firings.of(trigger, frames) for trigger in graph.triggers]
         self.count, self._frames = count, frames
         if not is_shown:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pxr import Sdf, Usd, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
@@ -18,6 +18,7 @@ from usdsdg.modify.prims import non_xform_prims, target_prims
 from usdsdg.stage import materials
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.attributes import set_value
+from usdsdg.stage.cameras.lens_attributes import lens_attribute_type
 from usdsdg.stage.geometry.instancers import instance_names, is_instancer, prototypes
 
 _KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
@@ -30,7 +31,8 @@ def attribute_of(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.A
             return prim.GetAttribute(candidate)
     if prim.GetTypeName() in ("Material", "Shader"):
         name = f"inputs:{name.removeprefix('inputs:')}"
-    if attribute_type is None and (known := materials.input_type(prim, name)):
+    known = lens_attribute_type(name) if prim.IsA(UsdGeom.Camera) else materials.input_type(prim, name)
+    if attribute_type is None and known:
         return prim.CreateAttribute(name, known, custom=False)
     if attribute_type is None:
         near = near_misses(name, [a.GetName() for a in prim.GetAttributes()])
@@ -87,7 +89,8 @@ def owners_of(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
     """Set an attribute of the prims at each firing; of an object, the attribute of the child which has it.
 
-    Of a material it is the input of that name of its shader; those of OmniPBR exist also where they have no value yet.
+    Of a material it is the input of that name of its shader. Inputs of OmniPBR, and attributes of a camera's lens such
+    as cameraProjectionType, fthetaWidth and openCVFx, exist also where they have no value yet.
     Of a PointInstancer positions, orientations (real part first), scales, velocities, accelerations and
     angularVelocities get one value for each instance, as do the ops xformOp:translate, xformOp:rotateXYZ and
     xformOp:scale, which are those of each instance; what the instancer does not have is set on its prototypes.

@@ -16,6 +16,9 @@ from usdsdg.stage.cameras.tiled_sensors import Tiles
 
 # Limits of the renderer and of file formats: the longest side, and a few hundred bytes of memory for each pixel.
 MAX_SIDE, MAX_PIXELS = 16384, 1 << 26
+# The setting of what stands between `/Render/` and the name of a product in its path, and what does where it is empty.
+RP_PREFIX_SETTING = "/exts/omni.kit.hydra_texture/renderProduct/path/prefix"
+LEGACY_RP_PREFIX = "RenderProduct_"
 
 
 def size_problem(width: int, height: int) -> str | None:
@@ -172,6 +175,27 @@ class HydraTexture:
     def get_render_product_path(self) -> str:
         """Return the path of its UsdRender prim, which is in the session layer."""
         return self.path
+
+    def get_name(self) -> str:
+        """Return `name`."""
+        return self.name
+
+    def get_camera_path(self) -> str:
+        """Return `camera_path`."""
+        return self.camera_path
+
+    def get_width(self) -> int:
+        """Return `width`."""
+        return self.width
+
+    def get_height(self) -> int:
+        """Return `height`."""
+        return self.height
+
+    @property
+    def hydra_engine(self) -> str:
+        """Always "rtx", the renderer that scripts ask for."""
+        return "rtx"
 
     @in_turn
     def destroy(self) -> None:

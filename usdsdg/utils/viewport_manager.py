@@ -1,8 +1,8 @@
 """Render products as `rep.vp_manager` and `rep.utils.viewport_manager` know them: their class, and their end."""
 
-from usdsdg.session.render_products import HydraTexture, products
+from usdsdg.session.render_products import LEGACY_RP_PREFIX, RP_PREFIX_SETTING, HydraTexture, products
 
-__all__ = ["HydraTexture", "destroy_hydra_textures"]
+__all__ = ["LEGACY_RP_PREFIX", "RP_PREFIX_SETTING", "HydraTexture", "destroy_hydra_textures"]
 
 # As the product of the active viewport is named, which is not one of Replicator's.
 _VIEWPORT = "omni_kit_widget_viewport"

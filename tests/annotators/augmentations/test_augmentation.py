@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+import usdsdg as rep
 from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, distribution
@@ -309,6 +310,32 @@ def test_the_shape_of_a_kernels_result_can_be_given(frame):
     rgb = annotators.Augmentation.from_function(swap_channels, data_out_shape=(-1, -1, 3), first=0)
     data = annotators.get("rgb").augment(rgb).compute(frame).data
     np.testing.assert_array_equal(data, frame.aovs["LdrColor"][..., 2::-1])
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_a_shape_of_one_axis_for_all_pixels_is_an_images(frame, channels):
+    kernel = rep.Augmentation.from_function(swap_channels, data_out_shape=(-1, channels), first=0)
+    data = annotators.get("rgb").augment(kernel).compute(frame).data
+    np.testing.assert_array_equal(data[..., :3], frame.aovs["LdrColor"][..., 2::-1])
+    assert data.shape == (24, 32, channels)
+
+    function = rep.Augmentation.from_function(lambda data_in: data_in[..., :channels], data_out_shape=(-1, channels))
+    data = annotators.get("rgb").augment(function).compute(frame).data
+    np.testing.assert_array_equal(data, frame.aovs["LdrColor"][..., :channels])
+
+
+def test_a_shape_of_one_axis_for_rows_is_kept(frame):
+    function = annotators.Augmentation.from_function(lambda data_in: data_in.max(axis=1), data_out_shape=(-1, 4))
+    data = annotators.get("rgb").augment(function).compute(frame).data
+    np.testing.assert_array_equal(data, frame.aovs["LdrColor"].max(axis=1))
+
+
+def test_the_default_augmentations_are_functions_of_the_api_itself_too(frame):
+    hsv = rep.Augmentation.from_function(rep.aug_rgb_to_hsv, data_out_shape=(-1, 4))
+    data = annotators.get("rgb").augment(hsv).compute(frame).data
+    np.testing.assert_array_equal(data, data_of(annotators.get("rgb").augment("RgbToHsv"), frame))
+    names = [name for name in rep.augmentations_default.__all__ if name.startswith("aug_")]
+    assert all(getattr(rep, name) is getattr(rep.augmentations_default, name) for name in names)
 
 
 def test_a_kernels_noise_has_the_sigma_that_was_asked_for_and_repeats(frame):

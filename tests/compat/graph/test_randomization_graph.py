@@ -1,6 +1,7 @@
 """Nodes of the randomization graph by OmniGraph's names: scripts list them, find them by path, and set their inputs."""
 
 import pytest
+from pxr import Gf
 
 import usdsdg as rep
 from usdsdg.compat.omni.graph import core as og
@@ -41,7 +42,7 @@ def test_nodes_of_the_graph_are_listed(cube):
     assert not graph.is_valid()
 
 
-@pytest.mark.parametrize("how", ["path", "node", "controller", "helper", "edit", "by_name"])
+@pytest.mark.parametrize("how", ["path", "node", "controller", "helper", "edit", "by_name", "pxr"])
 def test_inputs_are_set_however_they_are_found(cube, how):
     path, name = f"{PIPELINE}/OgnSampleUniform", "inputs:lower"
     node = og.Controller().node(path)
@@ -59,6 +60,8 @@ def test_inputs_are_set_however_they_are_found(cube, how):
             og.Controller.edit(PIPELINE, {og.Controller.Keys.SET_VALUES: [(f"OgnSampleUniform.{name}", (1, 1, 1))]})
         case "by_name":
             og.Controller.set((name, node), (1, 1, 1))
+        case "pxr":
+            rep.get_stage().GetPrimAtPath(path).GetAttribute(name).Set(Gf.Vec3i(1, 1, 1))
     assert position(cube) == (1, 1, 1)
     assert list(og.Controller.get(f"{path}.outputs:samples")[0]) == [1, 1, 1]
 
@@ -74,3 +77,24 @@ def test_what_is_not_there_is_named(cube):
         og.Controller.create_node(("a", PIPELINE), "omni.replicator.core.OgnSampleUniform")
     with pytest.raises(Unsupported, match="made by functions of rep"):
         og.Controller.edit(PIPELINE, {og.Controller.Keys.CREATE_NODES: [("a", "OgnSampleUniform")]})
+
+
+def test_connections_lead_from_node_to_node(stage):
+    cube, draws = rep.create.cube(), rep.distribution.uniform((0, 0, 0), (1, 1, 1))
+    with rep.trigger.on_frame() as trigger, cube:
+        pose = rep.modify.pose(position=draws)
+        turned = rep.randomizer.rotation()
+    [before] = turned.node.get_attribute("inputs:execIn").get_upstream_connections()
+    assert (before.get_node(), before.get_name()) == (pose.node, "outputs:execOut")
+    [first] = trigger.node.get_attribute("outputs:execOut").get_downstream_connections()
+    assert (first.get_node(), first.get_name()) == (pose.node, "inputs:execIn")
+    [drawn] = pose.node.get_attribute("inputs:position").get_upstream_connections()
+    assert (drawn.get_node(), drawn.get_name()) == (draws.node, "outputs:samples")
+    assert turned.node.get_attribute("outputs:execOut").get_downstream_connection_count() == 0
+    assert trigger.node.get_attribute("inputs:interval").get_upstream_connection_count() == 0
+
+
+def test_what_runs_once_is_connected_to_no_node(stage):
+    with rep.create.cube():
+        once = rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+    assert once.node.get_attribute("inputs:execIn").get_upstream_connections() == []

@@ -86,12 +86,23 @@ def test_the_frame_has_the_data_of_all_annotators_and_the_time(camera):
         get_app().update()
     frame = camera.get_current_frame()
     assert set(frame) == {
-        "rendering_time", "rendering_frame", "rgb", "semantic_segmentation", "bounding_box_2d_tight",
+        "rendering_time", "rendering_frame", "rgb", "rgba", "semantic_segmentation", "bounding_box_2d_tight",
     }  # fmt: skip
+    assert frame["rgba"] is frame["rgb"]
+    assert frame["rgba"].shape == (20, 40, 4)
     assert frame["rendering_time"] == pytest.approx(0.1, abs=1e-6)
     assert frame["bounding_box_2d_tight"]["info"]["idToLabels"] == {0: {"class": "cube"}}
     camera.remove_bounding_box_2d_tight_from_frame()
     assert "bounding_box_2d_tight" not in camera.get_current_frame()
+    camera.remove_rgb_from_frame()
+    assert not {"rgb", "rgba"} & set(camera.get_current_frame())
+
+
+def test_before_anything_is_rendered_the_image_of_a_frame_is_black(camera):
+    frame = camera.get_current_frame()
+    assert frame["rgb"] is None
+    assert frame["rgba"].shape == (20, 40, 4)
+    assert not frame["rgba"].any()
 
 
 def test_a_paused_camera_keeps_its_frame(camera):

@@ -101,8 +101,8 @@ class ArrayTransform:
 
         Args:
             augmentation: the function or kernel.
-            data_out_shape: shape of the result; -1 keeps that axis of the input. None: any for a function, that of the
-                input for a kernel.
+            data_out_shape: shape of the result; -1 keeps that axis of the input, and (-1, 4) may stand for all pixels
+                with 4 channels. None: any for a function, that of the input for a kernel.
             documentation: default, the docstring.
             kwargs: its other arguments: values, or distributions to sample at every frame; one that it does not have
                 is ignored with a warning. `seed` is what its seeds are derived from; None or a negative one stands for
@@ -261,7 +261,7 @@ class ArrayTransform:
 
     def _call(self, data: np.ndarray, kwargs: Mapping[str, Any], device: str | None) -> Any:
         if is_kernel(self._function):
-            return launch(self._function, data, _shape_of(self._shape, data), kwargs, device)
+            return launch(self._function, data, _shapes_of(self._shape, data) or [data.shape], kwargs, device)
         # Functions may write in place, and the frame's arrays are shared.
         if has_data_in(self._function):
             return self._function(data_in=data.copy(), **kwargs)
@@ -280,10 +280,10 @@ class ArrayTransform:
             raise AugmentationError(
                 f"Augmentation {self.label} returned {type(data).__name__}; it must return an array."
             )
-        wanted = _shape_of(self._shape, before.data)
-        if wanted is not None and data.shape != wanted:
+        wanted = _shapes_of(self._shape, before.data)
+        if wanted and data.shape not in wanted:
             raise AugmentationError(
-                f"Augmentation {self.label} returned shape {data.shape}, data_out_shape is {wanted}."
+                f"Augmentation {self.label} returned shape {data.shape}, data_out_shape is {wanted[0]}."
             )
         return Annotation(data, info)
 
@@ -318,8 +318,15 @@ def _node_spec(node_type_id: str) -> NodeSpec:
     return node_specs.get(name)
 
 
-def _shape_of(shape: Sequence[int] | None, data: np.ndarray) -> tuple[int, ...] | None:
-    """Replace each -1 in `shape` by the size of `data` along that axis."""
+def _shapes_of(shape: Sequence[int] | None, data: np.ndarray) -> list[tuple[int, ...]]:
+    """Return the shapes that `shape` stands for: each -1 in it is the size of `data` along that axis.
+
+    With fewer axes than `data`, a first -1 that is the only one may also be all pixels: (-1, 4) an image of 4 channels.
+    """
     if shape is None:
-        return None
-    return tuple(data.shape[axis] if size == -1 and axis < data.ndim else size for axis, size in enumerate(shape))
+        return []
+    sizes = tuple(data.shape[axis] if size == -1 and axis < data.ndim else size for axis, size in enumerate(shape))
+    channels = tuple(shape[1:])
+    if shape[:1] == (-1,) and channels and -1 not in channels and len(shape) < data.ndim:
+        return [sizes, (*data.shape[: -len(channels)], *channels)]
+    return [sizes]

@@ -1,6 +1,6 @@
 """Augmentations that are Warp kernels: `data_in` to `data_out`, one thread per pixel."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,15 +11,16 @@ from usdsdg.warp_start import quiet_warp
 
 
 def launch(
-    kernel: Any, data: np.ndarray, shape: tuple[int, ...] | None, kwargs: Mapping[str, Any], device: str | None
+    kernel: Any, data: np.ndarray, shapes: Sequence[tuple[int, ...]], kwargs: Mapping[str, Any], device: str | None
 ) -> np.ndarray:
     """Launch `kernel` on `data` with one thread per element of its first two axes, and return `data_out`.
 
-    shape: of the result; None: that of the input. Elements that the kernel does not write are 0.
+    shapes: what the result may have; it gets the first with as many axes as the kernel declares. Elements that the
+        kernel does not write are 0.
     device: "cpu" or "cuda[:n]"; an unavailable device is replaced by the CPU.
 
     Raises:
-        AugmentationError: `data` or `shape` does not match the arrays that the kernel declares.
+        AugmentationError: `data` or `shapes` do not match the arrays that the kernel declares.
     """
     import warp as wp
 
@@ -29,7 +30,7 @@ def launch(
             raise AugmentationError(
                 f"Kernel {kernel.key} has no array {name}; an augmentation needs data_in and data_out."
             )
-    shape = data.shape if shape is None else shape
+    shape = next((each for each in shapes if len(each) == declared["data_out"].ndim), shapes[0])
     for name, of in (("data_in", data.shape), ("data_out", shape)):
         if declared[name].ndim != len(of):
             raise AugmentationError(

@@ -59,6 +59,7 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
         program = _program(script, main.__dict__)
         tasks: list[asyncio.Task[Any]] = []  # the event loop does not keep them alive
         get_app().run(lambda: tasks.extend(_started(program, main.__dict__)))
+        current().orchestrator.check_open_run()
     if frames is not None:
         get_app().run(lambda: _press_start(frames))
 

@@ -28,6 +28,7 @@ from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
+from usdsdg.session.timeline import Timeline, get_timeline
 from usdsdg.stage.paths import next_free_path
 from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat
 from usdsdg.stage.time_code import current_time
@@ -222,7 +223,30 @@ class UsdContext:
         """Return True: no stage is being opened or closed."""
         return True
 
-    can_close_stage = can_open_stage
+    can_close_stage = can_save_stage = can_open_stage
+
+    async def reopen_stage_async(self, *_: Any) -> tuple[bool, str]:
+        """As `reopen_stage`; return True and no error."""
+        self.reopen_stage()
+        await asyncio.sleep(0)
+        return True, ""
+
+    async def next_frame_async(self, viewport: int = 0) -> None:
+        """Wait for the next app update, in which all viewports show a frame."""
+        await get_app().next_update_async()
+
+    next_usd_async = next_frame_async
+
+    def reset_renderer_accumulation(self) -> None:
+        """Do nothing: no picture has samples of an earlier one."""
+
+    def get_timeline(self) -> Timeline:
+        """Return the timeline, of which there is one."""
+        return get_timeline()
+
+    def get_timeline_name(self) -> str:
+        """Return "": the only timeline is the default one."""
+        return ""
 
     def is_new_stage(self) -> bool:
         """Return whether the stage has no file."""
@@ -268,6 +292,10 @@ class UsdContext:
     def get_stage_loading_status(self) -> tuple[str, int, int]:
         """Return (message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""
         return "", 0, 0
+
+    def get_stage_streaming_status(self) -> bool:
+        """Return False: textures are loaded before a picture is rendered, so nothing is ever streamed."""
+        return False
 
 
 _context = UsdContext()

@@ -16,6 +16,7 @@ from usdsdg.session.settings.items import Item, ItemType, UpdateAction, is_acces
 
 DEFAULTS: dict[str, Any] = {
     "/app/player/playSimulations": True,
+    "/exts/omni.kit.hydra_texture/renderProduct/path/prefix": "HydraTextures/",
     "/omni/replicator/RTSubframes": 1,
     "/omni/replicator/captureOnPlay": True,
     "/omni/replicator/captureMotionBlur": False,

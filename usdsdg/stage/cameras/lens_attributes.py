@@ -55,6 +55,16 @@ _SCHEMAS: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 
 
+def lens_attribute_type(name: str) -> Sdf.ValueTypeName | None:
+    """Return the type of an attribute of Omniverse's lens models, by its older name; None for other attributes.
+
+    Cameras have them there without being given a value, as if by a schema.
+    """
+    types = {"cameraProjectionType": Sdf.ValueTypeNames.Token, LEFT_EYE: Sdf.ValueTypeNames.Bool}
+    types |= dict.fromkeys((*LENS.values(), EYE_DISTANCE), Sdf.ValueTypeNames.Float)
+    return (types | dict.fromkeys(TEXTURES, Sdf.ValueTypeNames.Asset)).get(name)
+
+
 @dataclass(frozen=True)
 class LensParameters:
     """Calibration of a lens model. Lengths are in pixels of the nominal size, from its top left corner.

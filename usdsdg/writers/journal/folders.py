@@ -65,6 +65,7 @@ class DatasetFolder:
         self.place, self.path, self._recipe, self.portion = place, place.path, wanted, portion
         self.goes_on = mode is Mode.RESUME  # spools and journal have what an earlier process has left
         self._home = self.path / PARTS / portion.name if portion is not None else self.path / BESIDE
+        self.has_moved = False  # whether the script has moved it, which `follow` has found
         self.spools = SpoolHashes(self._home / AGGREGATES)
         self._sharing: Lock | None = None
         self._lock(shares_out=shares_out, with_parts=with_parts)
@@ -223,23 +224,25 @@ class DatasetFolder:
         finally:
             self.release()
 
-    def follow(self) -> bool:
-        """Where a script has moved the folder, close the dataset there; return whether that is known.
+    def follow(self, *, tells: bool = True) -> bool:
+        """Where a script has moved the folder, go on with the dataset there; return whether that is known.
 
-        It is not where the folder was removed, or another program has moved it to another disk, or the system does not
-        tell.
+        It is not, which is told if `tells`, where the folder was removed, or another program has moved it to another
+        disk, or the system does not tell.
         """
         first = self._locks[0]
         journal_now = (first.path_now() or self._copied_journal(first)) if isinstance(first, FileLock) else None
         if journal_now is None:
-            say_once(
-                f"{self.place.name} is not there any more, so its journal has no end: "
-                "usdsdg verify calls a copy of it unfinished"
-            )
+            if tells:
+                say_once(
+                    f"{self.place.name} is not there any more, so its journal has no end: "
+                    "usdsdg verify calls a copy of it unfinished"
+                )
             return False
         before, now = self.path, journal_now.parent.parent
         self.place, self.path, self._home = FolderPlace(now), now, now / self._home.relative_to(before)
         self.spools.folder, self.journal.path = self._home / AGGREGATES, self._home / NAME
+        self.has_moved = True
         return True
 
     def _copied_journal(self, own: FileLock) -> Path | None:

@@ -74,15 +74,15 @@ class FrameFiles:
         """Tell what a writer keeps after this frame; writer: its key."""
         self.states.setdefault(folder, {})[writer] = values
 
+    def line(self, folder: str) -> dict[str, object]:
+        """Return what the journal of a folder says of it."""
+        told: dict[str, object] = {lines.FRAME: self.number, lines.FILES: dict(sorted(self.folders[folder].items()))}
+        told |= {lines.FAILED: why} if (why := self.failure(folder)) else {}
+        return told | ({lines.STATE: states} if (states := self.states.get(folder)) else {})
+
     def failure(self, folder: str) -> str:
         """Return why a writer has not written all of it to a folder; "" if all have."""
         return self.why.get(folder, "it was interrupted") if self.due[folder] > 0 else ""
-
-    def line(self, folder: str) -> dict[str, object]:
-        """Return what the journal of a folder has of it."""
-        found: dict[str, object] = {lines.FRAME: self.number, lines.FILES: dict(sorted(self.folders[folder].items()))}
-        found |= {lines.FAILED: why} if (why := self.failure(folder)) else {}
-        return found | ({lines.STATE: states} if (states := self.states.get(folder)) else {})
 
     @property
     def has_ended(self) -> bool:

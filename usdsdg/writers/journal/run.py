@@ -19,7 +19,7 @@ from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import place_locks
+from usdsdg.writers.journal import moved_folders, place_locks
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
@@ -110,7 +110,14 @@ class Run:
         return self.scratch.joinpath(*folder.parts[1:])
 
     def check(self, folder: str | os.PathLike[str]) -> None:
-        """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
+        """Check that the run may write to a folder; raises DatasetInTheWay otherwise.
+
+        Where the script has removed or moved what it has written there before, it makes another dataset.
+        """
+        with self._claiming:
+            if moved_folders.leave(str(folder), self._folders, self._in_hand):
+                self._ended.discard(str(folder))
+                current().writers_turns.pop(str(folder), None)  # who wrote there shares no files with who will
         if self._has_recipe() and str(folder) not in self._folders:
             assert self.recipe is not None
             place = self._place(os.fspath(folder))
@@ -352,14 +359,10 @@ class Run:
             raise failures[0]
 
     def follow_moved(self, *, in_use: Collection[str | None] = ()) -> None:
-        """Find folders that a script has moved itself after its last file; forget those that it has removed.
-
-        in_use: those that writers still write to, which are left.
-        """
-        free = [each for each in self._folders if each not in in_use and not self._in_hand.has_open(each)]
-        for name in [each for each in free if not self._folders[each].place.exists()]:
-            if not self._folders[name].follow():
-                self._folders.pop(name).release()
+        """Find folders that are not `in_use` and that a script has moved itself; forget those that it has removed."""
+        with self._claiming:
+            idle = [each for each in self._folders if each not in in_use and not self._in_hand.has_open(each)]
+            moved_folders.follow(idle, self._folders)
 
     def release(self) -> None:
         """Give all folders back as they are; what is claimed later is claimed anew."""

@@ -183,6 +183,7 @@ class Camera(CameraImages, BaseSensor):
     def get_current_frame(self, clone: bool = False) -> dict[str, Any]:
         """Return the data of all annotators by name, with rendering_time [s] and rendering_frame (the reference time).
 
+        Those of rgb are there as rgba too, as in Isaac Sim 4.
         With a `frequency` below the rendering rate it changes at that frequency only. clone: return a deep copy.
         """
         if self._frequency >= _rendering_rate():
@@ -206,9 +207,8 @@ class Camera(CameraImages, BaseSensor):
         time = self._time_annotator.get_data()
         if not time or not time["referenceTimeDenominator"]:  # there was no update yet
             return
-        frame = {name: annotator.get_data() for name, annotator in self._custom_annotators.items()}
         seconds = time["referenceTimeNumerator"] / time["referenceTimeDenominator"]
-        self._current_frame |= {"rendering_frame": time, "rendering_time": seconds, **frame}
+        self._current_frame |= {"rendering_frame": time, "rendering_time": seconds, **self._data()}
 
     def _follow_update(self, dt: float) -> None:
         """Take a frame when one is due, at a frequency below the rendering rate."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import warn_once
@@ -16,6 +18,8 @@ _FRAME_ANNOTATORS = {
     "instance_id_segmentation": "instance_id_segmentation_fast",
     "instance_segmentation": "instance_segmentation_fast",
 }
+# Keys of Isaac Sim 4 and earlier, which frames have beside those of today.
+_EARLIER_KEYS = {"rgb": "rgba"}
 
 
 class FrameAnnotators:
@@ -26,6 +30,7 @@ class FrameAnnotators:
     _annotator_device: str | None
     _custom_annotators: dict[str, Annotator]
     _current_frame: dict[str, Any]
+    _resolution: tuple[int, int]
 
     @property
     def supported_annotators(self) -> list[str]:
@@ -51,7 +56,10 @@ class FrameAnnotators:
             return
         annotator = named_annotators.get(annotator_name, kwargs, device=self._annotator_device)
         self._custom_annotators[key] = annotator.attach(self._render_product_path)
-        self._current_frame[key] = None
+        self._current_frame |= dict.fromkeys(_keys(key))
+        if key == "rgb":  # scripts that read it before anything was rendered make a picture of it
+            width, height = self._resolution
+            self._current_frame["rgba"] = np.zeros((height, width, 4), np.uint8)
 
     def detach_annotator(self, annotator_name: str) -> None:
         """Take an annotator out of the frame."""
@@ -61,7 +69,13 @@ class FrameAnnotators:
             warn_once(f"Camera {self.prim_path}: annotator {key} is not attached")
             return
         annotator.detach()
-        self._current_frame.pop(key)
+        for each in _keys(key):
+            self._current_frame.pop(each)
+
+    def _data(self) -> dict[str, Any]:
+        """Return the data of all annotators by the keys of frames."""
+        data = {name: annotator.get_data() for name, annotator in self._custom_annotators.items()}
+        return {key: value for name, value in data.items() for key in _keys(name)}
 
     def _add(self, name: str, init_params: Mapping[str, Any] | None) -> None:
         self.attach_annotator(_FRAME_ANNOTATORS.get(name, name), **(init_params or {}))
@@ -145,3 +159,8 @@ class FrameAnnotators:
 
     def remove_pointcloud_from_frame(self) -> None:
         self.detach_annotator("pointcloud")
+
+
+def _keys(name: str) -> list[str]:
+    """Return the keys of frames under which the data of an annotator are."""
+    return [name, _EARLIER_KEYS[name]] if name in _EARLIER_KEYS else [name]
