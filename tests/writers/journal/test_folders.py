@@ -110,6 +110,21 @@ def test_files_of_others_cannot_be_gone_on_with(tmp_path):
         run(tmp_path, Mode.RESUME)
 
 
+@pytest.mark.parametrize("portion", [None, Portion(0, 1)])
+def test_frames_of_a_run_whose_recipe_is_gone_are_not_those_of_the_next_one(tmp_path, portion):
+    run(tmp_path, portion=portion, frames=(0,))
+    (tmp_path / ".usdsdg/recipe.json").unlink()
+    for mode in (Mode.NEW, Mode.REPLACE, Mode.RESUME):
+        with pytest.raises(DatasetInTheWay, match=r"a journal but no .usdsdg/recipe.json.* --overwrite\.$"):
+            run(tmp_path, mode, seed=5)
+    for mode in Mode:
+        with pytest.raises(DatasetInTheWay, match="remove this one first"):
+            run(tmp_path, mode, Portion(0, 2), seed=5)
+    assert (tmp_path / "0.png").is_file()
+    run(tmp_path, Mode.OVERWRITE, frames=(1,), seed=5)
+    assert {path.name for path in tmp_path.iterdir()} == {"1.png", ".usdsdg"}
+
+
 @pytest.mark.parametrize("mode", [Mode.NEW, Mode.REPLACE, Mode.OVERWRITE])
 @pytest.mark.parametrize("portion", [None, Portion(0, 1)])
 def test_a_part_is_not_mixed_with_an_earlier_run(tmp_path, mode, portion):

@@ -219,6 +219,8 @@ def _finish_after_failure(code: int, *, reached_end: bool = False) -> bool:
     from usdsdg.session.turns import turns
 
     progress.use(progress.SilentReporter())
+    if current().run.is_copy:  # the files are those of the process that a script has forked
+        return True
     current().run.ends_early = not reached_end
     is_whole = False
     try:
