@@ -13,7 +13,7 @@ import pytest
 
 from tests import forked
 from usdsdg import operating_system
-from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable, StoreError, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import check_writable
@@ -22,7 +22,7 @@ from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
-from usdsdg.writers.journal.place_locks import shared_lock
+from usdsdg.writers.journal.place_locks import shared_lock, whole_locks
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.run import Run
@@ -400,3 +400,20 @@ def test_parts_that_were_made_with_other_content_of_an_asset_are_joined_with_a_w
         assert merge.join(FolderPlace(tmp_path)) == 2
     told = [str(each.message) for each in said if "different content of parts/box.usd" in str(each.message)]
     assert len(told) == (contents[0] != contents[1])
+
+
+def test_a_store_that_denies_its_locks_is_named_and_not_the_copy_of_its_files(tmp_path):
+    class Denying(FolderPlace):
+        def locks(self, portion=None):
+            raise StoreError("s3://b/out cannot be listed: the credentials do not allow it.")
+
+        shared_lock = locks
+
+    place = Denying(tmp_path)
+    for take in (
+        lambda: DatasetFolder(place, recipe(), Mode.NEW, None),
+        lambda: whole_locks(place),
+        lambda: shared_lock(place),
+    ):
+        with pytest.raises(StoreError, match=r"^s3://b/out cannot be listed: the credentials do not allow it\.$"):
+            take()

@@ -30,7 +30,7 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
-from usdsdg.writers.journal.place_locks import COPY, in_use
+from usdsdg.writers.journal.place_locks import COPY, in_use, not_locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -114,7 +114,7 @@ class DatasetFolder:
             raise in_use(self.place, held) from None
         except OSError as error:
             self.end_sharing()
-            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
+            raise (not_locked(path, error, elsewhere=COPY) if with_parts else not_locked(path, error)) from error
 
     def _write_recipe(self) -> None:
         """Write the recipe of the dataset, unless it has that of this run, and that of the part."""
