@@ -40,6 +40,13 @@ if os.fork():
     os._exit(0)
 step()
 """
+CAPTURES = """
+    try:
+        step()
+    except Exception as error:
+        print(error)
+    sys.exit()
+"""
 POOL = """
 import multiprocessing
 with multiprocessing.get_context("fork").Pool(2) as pool:
@@ -70,8 +77,11 @@ def test_a_copy_that_ends_leaves_the_dataset_to_the_program(tmp_path):
 
 
 def test_copies_leave_the_dataset_to_the_command_and_end_without_a_word(tmp_path):
-    ended = done(tmp_path, ENDS.replace("END", "sys.exit()").replace("CODE", "0") + POOL, runs=True)
-    assert (ended.returncode, ended.stdout) == (0, "[1, 2]\n")
+    source = ENDS.replace("    END", CAPTURES.strip("\n")).replace("CODE", "0") + POOL
+    ended = done(tmp_path, source, runs=True)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stdout.startswith(f"{tmp_path / 'out'}: this process is a copy, by fork, of the one that writes to")
+    assert ended.stdout.endswith("\n[1, 2]\n")
     assert not any(each in ended.stderr for each in ("error", "SIGTERM")), ended.stderr
     assert ended.stderr.count("next:") == 1
     assert is_whole(tmp_path, {0, 1, 2})

@@ -17,6 +17,7 @@ from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.writers import counters
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.journal.copies import check_copy
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
 from usdsdg.writers.sharing import note_writer
@@ -108,6 +109,7 @@ class Requests:
                 "the program ends, and its datasets are closed: frames that a function of atexit captures would be in "
                 "none of them. Capture them before."
             )
+        check_copy(run, folders)
         for writer, folder in zip(due, folders):
             if folder is not None:
                 note_writer(folder, writer)

@@ -68,7 +68,7 @@ class Run:
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
         self._is_closed = False
-        self._process = os.getpid()
+        self.process = os.getpid()  # that makes it
 
     def begin(
         self,
@@ -213,7 +213,7 @@ class Run:
     @property
     def is_copy(self) -> bool:
         """Whether another process makes it, of which this one is a copy by fork, and which closes the journals."""
-        return self._process != os.getpid()
+        return self.process != os.getpid()
 
     # Frames
 
@@ -222,7 +222,7 @@ class Run:
 
         output_folders: of the writers that are due; None: not known.
         """
-        self._process = os.getpid()  # a copy that captures goes on with the run, as a daemon does
+        self.process = os.getpid()  # a copy that captures goes on with the run, as a daemon does
         number, self.captures = self.captures, self.captures + 1
         claimed = [found for each in output_folders if each is not None and (found := self.claim(each)) is not None]
         if any(each.first is None for each in claimed):
