@@ -417,3 +417,15 @@ def test_a_store_that_denies_its_locks_is_named_and_not_the_copy_of_its_files(tm
     ):
         with pytest.raises(StoreError, match=r"^s3://b/out cannot be listed: the credentials do not allow it\.$"):
             take()
+
+
+def test_a_whole_dataset_that_has_lost_its_class_table_keeps_its_recipe(tmp_path):
+    table = {"tables": [{"filter": "class:*", "classes": [{"name": "cube"}]}]}
+    (tmp_path / ".usdsdg").mkdir()
+    (tmp_path / ".usdsdg/classes.json").write_text(json.dumps(table))
+    run(tmp_path, frames=(0,))
+    before = {name: (tmp_path / ".usdsdg" / name).read_bytes() for name in ("recipe.json", "journal.jsonl")}
+    assert json.loads(before["recipe.json"])["class_table"] == {"class:*": ["cube"]}
+    (tmp_path / ".usdsdg/classes.json").unlink()
+    run(tmp_path, Mode.RESUME)
+    assert {name: (tmp_path / ".usdsdg" / name).read_bytes() for name in before} == before

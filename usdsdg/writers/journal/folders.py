@@ -208,7 +208,9 @@ class DatasetFolder:
             spools = self.spools.facts_of_files()
             if self.portion is None:
                 classes, contents = self.place.read(recipe.CLASSES), self.journal.contents
-                made = self._recipe.completed(classes, self.journal.count, contents.facts)
+                # Where the class table was lost, the recipe of a run that was complete has the names of its classes.
+                there = recipe.read(self.path) if classes is None and self.was_complete else None
+                made = self._recipe.completed(classes, self.journal.count, contents.facts, there or {})
                 written = made.write(self.path)
                 kept = {name: facts for name, facts in spools.items() if not name.startswith(f"{ONCE}/")}
                 self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)
