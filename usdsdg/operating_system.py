@@ -309,6 +309,14 @@ def path_of_descriptor(descriptor: int) -> str:
         return ""
 
 
+def home_folder() -> Path | None:
+    """Return the home folder of the user; None where nobody tells it, as for a number without a name in a container."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return None
+
+
 def memory_of_process() -> dict[str, int]:
     """Return bytes by name: resident `rss`; on Linux also mapped `vms`, and `uss` that no other process shares.
 

@@ -10,7 +10,7 @@ import pytest
 
 import usdsdg as rep
 from tests.capture.part_runs import differences, folders, run, run_parts
-from usdsdg.errors import DatasetInTheWay
+from usdsdg.errors import DatasetInTheWay, UsdsdgWarning
 from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.workers.dataset import make_claimed
@@ -149,3 +149,11 @@ def test_joined_parts_are_gone_when_a_process_alone_ends_the_dataset(whole, made
 def test_joined_in_one_go(whole, tmp_path):
     run_parts(two_datasets, tmp_path, *PORTIONS)
     assert differences(tmp_path, whole) == []
+
+
+def test_files_that_whole_datasets_have_lost_are_named(whole, tmp_path):
+    shutil.copytree(whole, tmp_path / "out")
+    (tmp_path / "out/a/.usdsdg/classes.json").unlink()
+    with pytest.warns(UsdsdgWarning, match=r"a: missing or changed: \.usdsdg/classes\.json about all frames"):
+        go_on(tmp_path / "out", remake_no_frame)
+    assert differences(tmp_path / "out", whole) == ["a/.usdsdg/classes.json"]

@@ -22,6 +22,14 @@ def test_a_full_disk_is_one_line(arguments, unbuffered):
     assert done.returncode == 1
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a device of Linux")
+def test_a_run_that_prints_nothing_needs_no_room(tmp_path):
+    (tmp_path / "script.py").touch()
+    with open("/dev/full", "w") as full:
+        done = run(["run", "-q", str(tmp_path / "script.py")], "", stdout=full)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_a_reader_that_has_had_enough_hears_nothing(unbuffered):
     reading, writing = os.pipe()

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from usdsdg.errors import AssetError
 from usdsdg.stage import assets
 from usdsdg.stage.assets import anchors
+from usdsdg.stage.assets.cache_folder import cache_folder
 
 
 @pytest.fixture(autouse=True)
@@ -79,3 +81,15 @@ def test_a_portable_path_may_be_in_other_folders_too(machine):
     where = anchors.candidates("<here>/a.usd", ["/data"])
     assert where == [f"{machine}/work/a.usd", "/data/a.usd"]
     assert anchors.candidates("<assets>/a.usdz[0/b.png]", ()) == [f"{machine}/root/a.usdz[0/b.png]"]
+
+
+def test_a_user_without_a_home_has_no_cache_folder(machine, monkeypatch):
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", no_home)
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert anchors.portable(f"{machine}/root/Isaac/a.usd") == "<assets>/Isaac/a.usd"
+    assert anchors.candidates("<cache>/meshes/b.usdc", []) == []
+    with pytest.raises(AssetError, match="export XDG_CACHE_HOME"):
+        cache_folder()

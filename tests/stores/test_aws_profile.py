@@ -1,5 +1,7 @@
 """What `aws configure` wrote counts where the environment says nothing."""
 
+from pathlib import Path
+
 import pytest
 
 from tests.stores.servers import KEYS, Bucket, only_ours
@@ -77,3 +79,13 @@ def test_a_bucket_opens_with_a_profile(monkeypatch, tmp_path):
     (tmp_path / "AWS_CONFIG_FILE").write_text(text, encoding="utf-8")
     open_store(f"s3://{bucket.name}").put("x", b"1")
     assert bucket.objects == {"x": b"1"}
+
+
+def test_a_user_without_a_home_has_no_profile(monkeypatch):
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", no_home)
+    for variable in ("AWS_SHARED_CREDENTIALS_FILE", "AWS_CONFIG_FILE"):
+        monkeypatch.delenv(variable, raising=False)
+    assert aws_profile() == {}

@@ -11,12 +11,13 @@ from usdsdg.annotators.requirements import Requirements, requirements
 from usdsdg.capture.records import frames as frame_records
 from usdsdg.capture.records.pictures import AOVS as RECORDED_AOVS
 from usdsdg.capture.tap import Tap, history_of
-from usdsdg.errors import DatasetInTheWay, Unsupported, warn_once
+from usdsdg.errors import DatasetInTheWay, Unsupported, WriterError, warn_once
 from usdsdg.operating_system import is_importing_main_again
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.writers import counters
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.journal.copies import check_copy
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
 from usdsdg.writers.sharing import note_writer
@@ -103,6 +104,12 @@ class Requests:
                 "runs below `if __name__ == '__main__':`, and leave above it the functions that other processes call."
             )
         run, folders = get_run(), [frame_records.folder_of(writer) for writer in due]
+        if run.is_closed:
+            raise WriterError(
+                "the program ends, and its datasets are closed: frames that a function of atexit captures would be in "
+                "none of them. Capture them before."
+            )
+        check_copy(run, folders)
         for writer, folder in zip(due, folders):
             if folder is not None:
                 note_writer(folder, writer)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import click
 
 from usdsdg.cli.interrupts import INTERRUPTED
+from usdsdg.cli.out_of_reach import out_of_reach
 
 _NO_BREAK = "\N{NON-BREAKING HYPHEN}"
 
@@ -68,7 +70,10 @@ class _Guessing:
 
 
 class Command(_Guessing, click.Command):
-    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines."""
+    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines.
+
+    A file or folder that it cannot reach is an error of one line.
+    """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         given = list(args)
@@ -91,6 +96,11 @@ class Command(_Guessing, click.Command):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise click.exceptions.Exit(INTERRUPTED) from None
+        except OSError as error:
+            if (known := out_of_reach(error)) is None:
+                raise
+            print(f"error: {known}", file=sys.stderr)
+            raise click.exceptions.Exit(1) from None
 
     def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         self.format_usage(ctx, formatter)

@@ -45,7 +45,8 @@ def _flush(text: str = "") -> None:
     """Print all that is still to be printed, and a text; `sys.stdout` itself may be one of a script's own."""
     stream = sys.__stdout__
     if stream is not None and not stream.closed:
-        stream.write(text)
+        if text:  # even nothing cannot be written to some, as to one that a script has closed
+            stream.write(text)
         stream.flush()
 
 

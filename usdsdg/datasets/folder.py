@@ -19,7 +19,7 @@ from usdsdg.datasets.listing import files_below
 from usdsdg.errors import DatasetError
 from usdsdg.record import CLASSES, FRAMES, frame_record
 from usdsdg.record.frame_record import FrameRecord
-from usdsdg.writers.backends.disk import disk_root
+from usdsdg.writers.backends.disk import known_disk_root
 
 T = TypeVar("T")
 
@@ -207,5 +207,5 @@ def check_folder(path: Path) -> None:
 
 def _where_instead(path: Path) -> str:
     """Return what to give in place of a folder that is not there: scripts write relative ones to a folder of theirs."""
-    written = disk_root() / path
-    return f"did you mean {written}?" if not path.is_absolute() and written.is_dir() else _THE_FOLDER
+    root = None if path.is_absolute() else known_disk_root()
+    return f"did you mean {root / path}?" if root is not None and os.path.isdir(root / path) else _THE_FOLDER

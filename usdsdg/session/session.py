@@ -180,6 +180,8 @@ class Session:
     def close_run(self) -> None:
         """Close the journals of the run at the end of a program that has no command to do so."""
         for run in self._made("run"):
+            if run.is_copy:
+                return
             run.follow_moved()
             try:
                 # Python keeps the error that ends a program there.

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from usdsdg.errors import StoreError
+from usdsdg.operating_system import home_folder
 
 # Where the environment has one of these, it says whose credentials are used.
 _OTHER_SOURCES = (
@@ -57,7 +58,12 @@ def aws_profile() -> dict[str, str]:
 
 def _section(variable: str, name: str, section: str) -> Mapping[str, str]:
     """Return a section of a file of ~/.aws; nothing if there is none."""
-    file = Path(os.environ.get(variable) or Path.home() / ".aws" / name).expanduser()
+    if given := os.environ.get(variable):
+        file = Path(os.path.expanduser(given))
+    elif (home := home_folder()) is not None:
+        file = home / ".aws" / name
+    else:
+        return {}
     parser = configparser.RawConfigParser()
     try:
         parser.read(file, encoding="utf-8")

@@ -11,6 +11,7 @@ from usdsdg.workers import local, ray_cluster
 from usdsdg.workers.plan import Part, drop_others, plan
 from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
+from usdsdg.writers.journal.earlier_files import warn_of_lost_about_all
 from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.place_locks import shared_lock
 from usdsdg.writers.parts import forget_parts, join_parts
@@ -52,7 +53,7 @@ def make_claimed(folders: Sequence[DatasetFolder], frames: int, count: int, make
 def _make_and_join(folders: Sequence[DatasetFolder], frames: int, count: int, make: MakeParts, unit: int) -> None:
     # Where the first process of an earlier run died while it joined parts, some datasets are whole.
     places = [each.place for each in folders if not each.was_complete]
-    whole = [each.place for each in folders if each.was_complete]
+    whole = [each for each in folders if each.was_complete]
     locks = []
     try:
         for place in places:
@@ -68,8 +69,9 @@ def _make_and_join(folders: Sequence[DatasetFolder], frames: int, count: int, ma
     for place in places:
         drop_others(place, frames)
         join_parts(place)
-    for place in whole:
-        forget_parts(place)
+    for each in whole:
+        warn_of_lost_about_all(each.place, each.journal.contents.shared)
+        forget_parts(each.place)
 
 
 def on_this_machine(

@@ -82,7 +82,7 @@ def finish_run(*, complete: bool) -> None:
     complete: the run has come to its end.
     """
     run = get_run()
-    if run.is_closed:
+    if run.is_closed or run.is_copy:
         return
     run.follow_moved()
     if not run.is_part:

@@ -1,5 +1,6 @@
 """`--semantic-classes` takes names or a file, and tells them apart."""
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -24,3 +25,11 @@ def test_what_exists_is_a_file(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mugs").mkdir()
     assert class_file("mugs") == Path("mugs")
+
+
+def test_a_folder_that_this_user_may_not_enter_is_no_name_of_a_class(monkeypatch):
+    def refused(path):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "exists", refused)
+    assert class_file("/locked/mugs") == Path("/locked/mugs")

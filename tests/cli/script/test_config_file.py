@@ -1,5 +1,7 @@
 """Maps from usdsdg.toml."""
 
+from pathlib import Path
+
 import pytest
 
 from usdsdg.cli.script.config_file import maps_of_files
@@ -47,3 +49,16 @@ def test_mistakes_name_the_file(tmp_path, text, message):
     with pytest.raises(ConfigError, match=message) as failure:
         read(tmp_path)
     assert "usdsdg.toml" in str(failure.value)
+
+
+def no_home():
+    raise RuntimeError("Could not determine home directory.")
+
+
+def test_the_file_of_a_user_without_a_home_or_of_a_home_that_cannot_be_read_is_left_out(tmp_path, monkeypatch):
+    (tmp_path / "work" / "usdsdg.toml").write_text(f'[map]\na = "{tmp_path}/work"\n')
+    monkeypatch.setenv("XDG_CONFIG_HOME", "/" + "x" * 300)  # an error of the system, as of a folder of another user
+    assert read(tmp_path) == {"a": f"{tmp_path}/work"}
+    monkeypatch.delenv("XDG_CONFIG_HOME")
+    monkeypatch.setattr(Path, "home", no_home)
+    assert read(tmp_path) == {"a": f"{tmp_path}/work"}

@@ -11,7 +11,8 @@ from PIL import Image
 
 from tests.writers.backends.python_runs import run_python
 from usdsdg import backends
-from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
+from usdsdg.datasets.folder import check_folder
+from usdsdg.errors import DatasetError, OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.stores import whole_file
 from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root
@@ -58,6 +59,18 @@ def test_relative_folders_lie_under_the_root_that_was_set(tmp_path, monkeypatch)
         assert DiskBackend(tmp_path / "abs").output_dir == str(tmp_path / "abs")
     finally:
         set_disk_root(None)
+
+
+def test_a_user_without_a_home_gives_absolute_folders(tmp_path, monkeypatch):
+    def no_home():
+        raise RuntimeError("Could not determine home directory.")
+
+    monkeypatch.setattr(Path, "home", no_home)
+    assert DiskBackend(tmp_path / "abs").output_dir == str(tmp_path / "abs")
+    with pytest.raises(OutputNotWritable, match="give an absolute output_dir, or export HOME"):
+        DiskBackend("out")
+    with pytest.raises(DatasetError, match="out does not exist"):
+        check_folder(Path("out"))
 
 
 def test_a_backend_from_the_registry_has_to_be_initialized(tmp_path):

@@ -13,7 +13,7 @@ import pytest
 
 from tests import forked
 from usdsdg import operating_system
-from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable, StoreError, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import check_writable
@@ -22,7 +22,7 @@ from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
-from usdsdg.writers.journal.place_locks import shared_lock
+from usdsdg.writers.journal.place_locks import shared_lock, whole_locks
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.run import Run
@@ -108,6 +108,21 @@ def test_files_of_others_cannot_be_gone_on_with(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(DatasetInTheWay, match="no recipe"):
         run(tmp_path, Mode.RESUME)
+
+
+@pytest.mark.parametrize("portion", [None, Portion(0, 1)])
+def test_frames_of_a_run_whose_recipe_is_gone_are_not_those_of_the_next_one(tmp_path, portion):
+    run(tmp_path, portion=portion, frames=(0,))
+    (tmp_path / ".usdsdg/recipe.json").unlink()
+    for mode in (Mode.NEW, Mode.REPLACE, Mode.RESUME):
+        with pytest.raises(DatasetInTheWay, match=r"a journal but no .usdsdg/recipe.json.* --overwrite\.$"):
+            run(tmp_path, mode, seed=5)
+    for mode in Mode:
+        with pytest.raises(DatasetInTheWay, match="remove this one first"):
+            run(tmp_path, mode, Portion(0, 2), seed=5)
+    assert (tmp_path / "0.png").is_file()
+    run(tmp_path, Mode.OVERWRITE, frames=(1,), seed=5)
+    assert {path.name for path in tmp_path.iterdir()} == {"1.png", ".usdsdg"}
 
 
 @pytest.mark.parametrize("mode", [Mode.NEW, Mode.REPLACE, Mode.OVERWRITE])
@@ -385,3 +400,32 @@ def test_parts_that_were_made_with_other_content_of_an_asset_are_joined_with_a_w
         assert merge.join(FolderPlace(tmp_path)) == 2
     told = [str(each.message) for each in said if "different content of parts/box.usd" in str(each.message)]
     assert len(told) == (contents[0] != contents[1])
+
+
+def test_a_store_that_denies_its_locks_is_named_and_not_the_copy_of_its_files(tmp_path):
+    class Denying(FolderPlace):
+        def locks(self, portion=None):
+            raise StoreError("s3://b/out cannot be listed: the credentials do not allow it.")
+
+        shared_lock = locks
+
+    place = Denying(tmp_path)
+    for take in (
+        lambda: DatasetFolder(place, recipe(), Mode.NEW, None),
+        lambda: whole_locks(place),
+        lambda: shared_lock(place),
+    ):
+        with pytest.raises(StoreError, match=r"^s3://b/out cannot be listed: the credentials do not allow it\.$"):
+            take()
+
+
+def test_a_whole_dataset_that_has_lost_its_class_table_keeps_its_recipe(tmp_path):
+    table = {"tables": [{"filter": "class:*", "classes": [{"name": "cube"}]}]}
+    (tmp_path / ".usdsdg").mkdir()
+    (tmp_path / ".usdsdg/classes.json").write_text(json.dumps(table))
+    run(tmp_path, frames=(0,))
+    before = {name: (tmp_path / ".usdsdg" / name).read_bytes() for name in ("recipe.json", "journal.jsonl")}
+    assert json.loads(before["recipe.json"])["class_table"] == {"class:*": ["cube"]}
+    (tmp_path / ".usdsdg/classes.json").unlink()
+    run(tmp_path, Mode.RESUME)
+    assert {name: (tmp_path / ".usdsdg" / name).read_bytes() for name in before} == before

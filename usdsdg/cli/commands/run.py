@@ -198,6 +198,8 @@ def run(
         kept = datasets_kept() if resume or portion or shard else nullcontext()
         with reported_outcome(caught_code=1 if part is None else caught_code()), kept:
             execute_script(script, own_arguments, last, allow_outside=allow_outside)
+            if current().run.is_copy:
+                raise Exit(0)  # of a process that the script has forked, and that has come to its end here, too
             finish_files()
             if part is not None:
                 check_part()

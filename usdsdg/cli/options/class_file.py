@@ -1,5 +1,6 @@
 """Whether `--semantic-classes` names a file, or the classes themselves."""
 
+import errno
 import os
 from pathlib import Path
 
@@ -15,7 +16,8 @@ def class_file(given: str) -> Path | None:
     try:
         if path.exists():
             return path
-    except OSError:  # names of classes that are longer than a path may be
-        return None
+    except OSError as error:
+        # Names of classes may be longer than a path; what is in a folder that this user may not enter is a file.
+        return None if error.errno == errno.ENAMETOOLONG else path
     is_path = path.suffix.lower() in SUFFIXES or (os.sep in given and "," not in given)
     return path if is_path else None

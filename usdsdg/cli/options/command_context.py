@@ -21,6 +21,7 @@ from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE, WholeRange
+from usdsdg.cli.out_of_reach import out_of_reach
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
 from usdsdg.session import progress
@@ -145,13 +146,13 @@ def _last_frames() -> Iterator[None]:
 def as_usdsdg_error(error: Exception) -> UsdsdgError | None:
     """Return an error to print without a traceback: usdsdg's own, or one that names the stage for pxr's; else None.
 
-    Also where the working folder is gone, which any relative path comes upon.
+    Also where the working folder is gone, which any relative path comes upon, or a file or folder is out of reach.
     """
     if isinstance(error, UsdsdgError):
         return error
     if isinstance(error, FileNotFoundError) and not _has_working_folder():
         return ConfigError("the working folder of this shell was removed; change to one that is there (cd)")
-    return _unreadable(error) if _is_of_pxr(error) else None
+    return _unreadable(error) if _is_of_pxr(error) else out_of_reach(error)
 
 
 def _has_working_folder() -> bool:
@@ -219,6 +220,8 @@ def _finish_after_failure(code: int, *, reached_end: bool = False) -> bool:
     from usdsdg.session.turns import turns
 
     progress.use(progress.SilentReporter())
+    if current().run.is_copy:  # the files are those of the process that a script has forked
+        return True
     current().run.ends_early = not reached_end
     is_whole = False
     try:

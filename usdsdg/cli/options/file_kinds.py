@@ -61,6 +61,8 @@ def no_file(file: Path) -> str:
     """Return the message about a file that is missing, with similar names in its folder."""
     if file.is_dir():
         return f"{file} is a folder; give a file"
+    if file.exists():
+        return f"{file} is a pipe or device; give a file"
     if file.is_symlink():
         return f"{file} is a link to {os.readlink(file)}, which is not there"
     there = [each.name for each in file.parent.iterdir() if each.is_file()] if file.parent.is_dir() else []

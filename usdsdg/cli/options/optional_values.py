@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from pathlib import Path
 
 # By command: option -> the value where none is given.
 WITHOUT_VALUE = {"generate": {"--ray": "local", "--rerun": "viewer"}, "run": {"--rerun": "viewer"}}
@@ -18,12 +18,12 @@ def completed(arguments: Sequence[str]) -> list[str]:
     options = WITHOUT_VALUE.get(arguments[0], {}) if arguments else {}
     found = []
     for place, argument in enumerate(arguments):
-        if arguments[0] == "run" and argument.endswith(SCRIPTS) and Path(argument).is_file():
+        if arguments[0] == "run" and argument.endswith(SCRIPTS) and os.path.isfile(argument):
             return [*found, *arguments[place:]]
         found.append(argument)
         if argument in options:
             following = arguments[place + 1] if place + 1 < len(arguments) else "-"
-            is_file = Path(following).is_file() and not following.endswith(VALUES)
+            is_file = os.path.isfile(following) and not following.endswith(VALUES)
             if following.startswith("-") or is_file:
                 found.append(options[argument])
     return found

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import ConfigError
+from usdsdg.operating_system import home_folder
 from usdsdg.stage.assets import PathMap
 
 NAME = "usdsdg.toml"
@@ -39,9 +40,13 @@ def maps_of_files(script: Path, *, taken: Collection[str] = ()) -> list[PathMap]
 
 
 def _files(script: Path) -> list[Path]:
-    user = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "usdsdg" / "config.toml"
-    files = [Path(NAME).absolute(), script.resolve().parent / NAME, user]
-    return [file for file in dict.fromkeys(files) if file.is_file()]
+    files = [Path(NAME).absolute(), script.resolve().parent / NAME]
+    if given := os.environ.get("XDG_CONFIG_HOME"):
+        files.append(Path(given) / "usdsdg" / "config.toml")
+    elif (home := home_folder()) is not None:
+        files.append(home / ".config" / "usdsdg" / "config.toml")
+    # That of a folder which this user may not enter, as HOME after `sudo -u`, is another user's.
+    return [file for file in dict.fromkeys(files) if os.path.isfile(file)]
 
 
 def _maps(file: Path) -> dict[str, Any]:

@@ -28,8 +28,12 @@ class _Pending:
     def __init__(self) -> None:
         self.number: int | None = None
         self.frames = 0  # that are being captured: one, or none
+        self.process = 0  # the one that has frames to finish; its copies by fork, as of a pool, have none
 
     def on_signal(self, number: int, _frame: FrameType | None) -> None:
+        if os.getpid() != self.process:
+            signal.signal(number, signal.SIG_DFL)
+            signal.raise_signal(number)
         if signal.Signals(number).name == "SIGXCPU":
             signal.signal(number, signal.SIG_IGN)  # the system sends it again each second, which asks for nothing more
         if self.number is None and self.frames:
@@ -50,7 +54,7 @@ def listening() -> Iterator[None]:
 
     Only the main thread can; elsewhere nothing changes.
     """
-    before = {}
+    before, _pending.process = {}, os.getpid()
     if threading.current_thread() is threading.main_thread():
         for name in NAMES:
             number = getattr(signal, name, None)
@@ -72,6 +76,7 @@ def whole_frame() -> Iterator[None]:
         Terminated: at the end of the frame, if a signal came.
     """
     _pending.frames += 1
+    _pending.process = os.getpid()
     try:
         yield
     finally:

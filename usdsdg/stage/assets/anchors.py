@@ -103,7 +103,7 @@ def candidates(path: str, folders: Sequence[str]) -> list[str]:
     name, rest = re.split(r"(?<=>)", path, maxsplit=1)
     found = {
         ASSETS: lambda: [_assets_root()],
-        CACHE: lambda: [os.path.abspath(cache_folder())],
+        CACHE: lambda: [_cache()],
         HERE: lambda: [os.getcwd(), *folders],
         HOME: lambda: [os.path.expanduser("~")],
     }[name]()
@@ -113,8 +113,7 @@ def candidates(path: str, folders: Sequence[str]) -> list[str]:
 def _folders(text: str) -> Iterator[tuple[str, str]]:
     """Yield the folders that have names, in the forms in which a text may have them, the innermost first."""
     found = dict(_named_from)
-    cache = os.path.abspath(cache_folder())
-    found[cache] = CACHE
+    found[_cache()] = CACHE
     if here := assets_root_of(text):
         found[here] = ASSETS
     forms = {form: name for folder, name in found.items() for form in _forms(folder)}
@@ -126,9 +125,15 @@ def assets_root_of(text: str) -> str:
 
     Demo assets are made where the root is asked for: not for a text that cannot name them.
     """
-    cache = os.path.abspath(cache_folder())
-    may_name = root.configured_root() is not None or any(form in text for form in _forms(cache))
+    may_name = root.configured_root() is not None or any(form in text for form in _forms(_cache()))
     return _assets_root() if may_name else ""
+
+
+def _cache() -> str:
+    """Return the user's cache folder; "" where there is none."""
+    with contextlib.suppress(errors.AssetError):
+        return os.path.abspath(cache_folder())
+    return ""
 
 
 def _assets_root() -> str:

@@ -9,16 +9,27 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import AssetError, warn_once
+from usdsdg.operating_system import home_folder
 
 _SUMS = ".checksums.json"  # in a folder that was built: the CRC-32 of each of its files, by its path
 _checked: set[Path] = set()  # folders that this process has found whole
 
 
 def cache_folder() -> Path:
-    """Return `$XDG_CACHE_HOME/usdsdg`, by default `~/.cache/usdsdg`; it need not exist yet."""
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(cache) / "usdsdg"
+    """Return `$XDG_CACHE_HOME/usdsdg`, by default `~/.cache/usdsdg`; it need not exist yet.
+
+    Raises:
+        AssetError: the home folder of this user is not known.
+    """
+    if given := os.environ.get("XDG_CACHE_HOME"):
+        return Path(given) / "usdsdg"
+    if (home := home_folder()) is None:
+        raise AssetError(
+            "There is no folder for caches, such as of assets made by code, since the home folder of this user is not "
+            "known: export XDG_CACHE_HOME=FOLDER."
+        )
+    return home / ".cache" / "usdsdg"
 
 
 def built_folder(target: Path, build: Callable[[Path], None]) -> Path:

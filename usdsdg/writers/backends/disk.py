@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, WriterError, warn_once
+from usdsdg.operating_system import home_folder
 from usdsdg.session.session import current
 from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import name_below, path_below
@@ -22,8 +23,24 @@ def set_disk_root(path: str | os.PathLike | None) -> None:
 
 
 def disk_root() -> Path:
-    """Return the root of relative output folders; without a setting ~/omni.replicator_out."""
-    return current().disk_root or Path.home() / "omni.replicator_out"
+    """Return the root of relative output folders; without a setting ~/omni.replicator_out.
+
+    Raises:
+        OutputNotWritable: there is no setting, and the home folder of this user is not known.
+    """
+    if (root := known_disk_root()) is None:
+        raise OutputNotWritable(
+            "Relative output folders are below ~/omni.replicator_out, and the home folder of this user is not known: "
+            "give an absolute output_dir, or export HOME=FOLDER."
+        )
+    return root
+
+
+def known_disk_root() -> Path | None:
+    """As `disk_root`; None where that is an error."""
+    if (root := current().disk_root) is not None:
+        return root
+    return home / "omni.replicator_out" if (home := home_folder()) is not None else None
 
 
 class DiskBackend(BaseBackend):
@@ -40,7 +57,8 @@ class DiskBackend(BaseBackend):
         Raises:
             OutputNotWritable: the folder cannot be created or written to.
         """
-        folder = disk_root() / Path(os.path.expanduser(_path_of(output_dir)))
+        folder = Path(os.path.expanduser(_path_of(output_dir)))
+        folder = folder if folder.is_absolute() else disk_root() / folder
         _check_confined(folder)
         folder = current().run.placed(folder)
         self._folder = folder if overwrite else next_writers_folder(current().run, folder)

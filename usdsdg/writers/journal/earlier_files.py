@@ -29,9 +29,9 @@ def remove_run(place: Place, *, is_told: bool) -> None:
     is_told: whether a warning names the files; False where the user asked for their removal.
     """
     path = place.path
-    if not (path / recipe.FILE).exists() and not (path / BESIDE / REMOVING).is_file():
-        return
     journals = _with_lines(_all_journals(path))
+    if not journals and not (path / recipe.FILE).exists() and not (path / BESIDE / REMOVING).is_file():
+        return
     if is_told and journals:
         warn_once(f"{place.name}: the files of the earlier run there are replaced.")
     _remove_files(place, path / BESIDE, journals)
@@ -66,6 +66,11 @@ def is_half_removed(place: Place, home: Path) -> bool:
         return False
     # Else it had not begun, or there are frames of a later run.
     return not _with_lines(_all_journals(place.path) if _is_whole_run(place, home) else [home / NAME])
+
+
+def has_frames(place: Place) -> bool:
+    """Return whether a journal in a place has lines, of all frames or of a part."""
+    return bool(_with_lines(_all_journals(place.path)))
 
 
 def _is_whole_run(place: Place, home: Path) -> bool:

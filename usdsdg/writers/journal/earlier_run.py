@@ -9,7 +9,7 @@ from pathlib import Path
 from usdsdg.errors import DatasetInTheWay, WriterError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import journal, recipe
-from usdsdg.writers.journal.earlier_files import is_half_removed
+from usdsdg.writers.journal.earlier_files import has_frames, is_half_removed
 from usdsdg.writers.journal.growth import MoreFrames, advice
 from usdsdg.writers.journal.journal import NAME, Contents
 from usdsdg.writers.journal.place import PARTS, REMOVING, Place
@@ -50,6 +50,12 @@ def check_place(
             return
         raise
     if earlier is None:
+        if (mode is not Mode.OVERWRITE or portion is not None) and has_frames(place):
+            remedy = "remove this one first" if portion is not None else f"remove that run with {_overwriting(wanted)}"
+            raise DatasetInTheWay(
+                f"{there} has a journal but no {recipe.FILE}, so it is not known of what run its frames are. Put a "
+                f"copy of that back, choose another output_dir, or {remedy}."
+            )
         if mode is Mode.RESUME and place.has_files() and not (path / BESIDE / REMOVING).is_file():
             raise DatasetInTheWay(
                 f"{there} has files but no recipe, so it cannot be resumed. Choose another output_dir, or --overwrite."

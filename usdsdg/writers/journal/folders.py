@@ -30,7 +30,7 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
-from usdsdg.writers.journal.place_locks import COPY, in_use
+from usdsdg.writers.journal.place_locks import COPY, in_use, not_locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -115,7 +115,7 @@ class DatasetFolder:
             raise in_use(self.place, held) from None
         except OSError as error:
             self.end_sharing()
-            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
+            raise (not_locked(path, error, elsewhere=COPY) if with_parts else not_locked(path, error)) from error
 
     def _write_recipe(self) -> None:
         """Write the recipe of the dataset, unless it has that of this run, and that of the part."""
@@ -209,7 +209,9 @@ class DatasetFolder:
             spools = self.spools.facts_of_files()
             if self.portion is None:
                 classes, contents = self.place.read(recipe.CLASSES), self.journal.contents
-                made = self._recipe.completed(classes, self.journal.count, contents.facts)
+                # Where the class table was lost, the recipe of a run that was complete has the names of its classes.
+                there = recipe.read(self.path) if classes is None and self.was_complete else None
+                made = self._recipe.completed(classes, self.journal.count, contents.facts, there or {})
                 written = made.write(self.path)
                 kept = {name: facts for name, facts in spools.items() if not name.startswith(f"{ONCE}/")}
                 self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from usdsdg.errors import DatasetInTheWay
+from pathlib import Path
+
+from usdsdg.errors import DatasetInTheWay, StoreError
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.journal.place import FolderPlace, Lock, Place
@@ -17,14 +19,14 @@ def shared_lock(place: Place) -> Lock:
 
     Raises:
         DatasetInTheWay: a process makes all frames there.
-        OutputNotWritable: the place cannot be locked.
+        OutputNotWritable, StoreError: the place cannot be locked.
     """
     try:
         return place.shared_lock()
     except Locked as held:
         raise in_use(place, held) from None
     except OSError as error:
-        raise not_writable(place.path, error) from error
+        raise not_locked(place.path, error) from error
 
 
 def whole_locks(place: Place) -> list[Lock]:
@@ -34,7 +36,15 @@ def whole_locks(place: Place) -> list[Lock]:
     except Locked as held:
         raise in_use(place, held) from None
     except OSError as error:
-        raise not_writable(place.path, error, elsewhere=COPY) from error
+        raise not_locked(place.path, error, elsewhere=COPY) from error
+
+
+def not_locked(path: Path, error: OSError, **remedy: str) -> StoreError:
+    """Return the error of a place that cannot be locked; that of a store names the store, and says what to do.
+
+    remedy: as in `not_writable`.
+    """
+    return error if isinstance(error, StoreError) else not_writable(path, error, **remedy)
 
 
 def in_use(place: Place, held: Locked) -> DatasetInTheWay:

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from usdsdg.errors import AssetUnreadable, DatasetError, WriterError
@@ -101,10 +102,13 @@ class Recipe:
         arguments = [portable_below_root(_placeless(each, place)) for each in self.arguments]
         return replace(self, arguments=arguments, copy=copy)
 
-    def completed(self, classes: bytes | None, frames: int, facts: Facts) -> Recipe:
+    def completed(
+        self, classes: bytes | None, frames: int, facts: Facts, there: Mapping[str, Any] = MappingProxyType({})
+    ) -> Recipe:
         """Return the recipe with what only the run itself could tell.
 
-        classes: the class table beside the data, as in its file. facts: of the journal.
+        classes: the class table beside the data, as in its file. facts: of the journal. there: the recipe in the file,
+        of which the names of the classes are kept where there is no table.
         """
         return replace(
             self,
@@ -112,7 +116,7 @@ class Recipe:
             writers=facts.get(WRITERS, {}),
             assets=list(facts.get(ASSETS, {}).values()),
             settings=facts.get(SETTINGS, {}),
-            class_table=_class_names(classes),
+            class_table=_class_names(classes) if classes is not None else there.get("class_table", {}),
         )
 
     def differences(self, other: Mapping[str, Any]) -> list[str]:

@@ -68,7 +68,7 @@ class Run:
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
         self._is_closed = False
-        self._process = os.getpid()
+        self.process = os.getpid()  # that makes it
 
     def begin(
         self,
@@ -122,10 +122,9 @@ class Run:
             assert self.recipe is not None
             place = self._place(os.fspath(folder))
             place.pull(self.portion)
+            parts, of_place = self._with_parts, self.recipe.of(place.name, self.numbered.copy_of(place.name))
             try:
-                with_parts = self._with_parts
-                of_place = self.recipe.of(place.name, self.numbered.copy_of(place.name))
-                check_place(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
+                check_place(place, of_place, self.mode, self.portion, with_parts=parts, growth=self.growth)
             except DatasetInTheWay:
                 place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be resumed
                 raise
@@ -220,8 +219,8 @@ class Run:
 
     @property
     def is_copy(self) -> bool:
-        """Whether another process makes it, of which this one is a copy by fork."""
-        return self._process != os.getpid()
+        """Whether another process makes it, of which this one is a copy by fork, and which closes the journals."""
+        return self.process != os.getpid()
 
     # Frames
 
@@ -230,6 +229,7 @@ class Run:
 
         output_folders: of the writers that are due; None: not known.
         """
+        self.process = os.getpid()  # a copy that captures goes on with the run, as a daemon does
         number, self.captures = self.captures, self.captures + 1
         claimed = [found for each in output_folders if each is not None and (found := self.claim(each)) is not None]
         if any(each.first is None for each in claimed):
@@ -305,8 +305,7 @@ class Run:
         """Return whether `append` should be called."""
         if not self._folders:
             return False
-        late = time.monotonic() - self._appended_at > SECONDS
-        return self._in_hand.count_whole() >= (1 if late else MANY)
+        return self._in_hand.count_whole() >= (1 if time.monotonic() - self._appended_at > SECONDS else MANY)
 
     def append(self) -> None:
         """Append the frames that are whole to the journals of their folders.
@@ -339,7 +338,7 @@ class Run:
         Raises:
             UsdsdgError: the first failure; the other folders are closed.
         """
-        if self._is_closed or not self._folders:
+        if self._is_closed or not self._folders or self.is_copy:
             return
         self._is_closed = True
         failures = []
