@@ -212,10 +212,10 @@ def camera_rays(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Return rays through pixel centers in the order of the path tracer: along columns of bands of four rows."""
     y, x = np.mgrid[0 : view.height, 0 : view.width].reshape(2, view.height // 4, 4, view.width).swapaxes(2, 3)
     x, y = x.ravel() + 0.5, y.ravel() + 0.5
-    towards = np.stack([(x - view.cx) / view.fx, (view.cy - y) / view.fy, -np.ones_like(x)], -1)
-    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    origins = np.broadcast_to(view.local_to_world[3, :3], towards.shape)
-    return origins, towards @ view.local_to_world[:3, :3]
+    toward = np.stack([(x - view.cx) / view.fx, (view.cy - y) / view.fy, -np.ones_like(x)], -1)
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    origins = np.broadcast_to(view.local_to_world[3, :3], toward.shape)
+    return origins, toward @ view.local_to_world[:3, :3]
 
 
 def main() -> None:

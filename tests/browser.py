@@ -120,7 +120,7 @@ class Browser:
 
 @contextlib.contextmanager
 def browser() -> Iterator[Browser]:
-    """A browser with an empty profile, which is removed afterwards."""
+    """A browser with an empty profile, which is removed afterward."""
     binary = next(filter(None, map(shutil.which, BROWSERS)))
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile, _driver(Path(profile)) as port:
         options = {"binary": binary, "args": [*_FLAGS, f"--user-data-dir={profile}/user"]}

@@ -39,7 +39,7 @@ def step(
     Args:
         rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes those of
             `set_next_rt_subframes`. The setting /omni/replicator/RTSubframes, and triggers that fire, may require more.
-        pause_timeline: Pause a playing timeline afterwards, until the next step.
+        pause_timeline: Pause a playing timeline afterward, until the next step.
         delta_time: Seconds by which the timeline advances first, and physics with it if it plays; None: one time code
             if it plays; 0.0: not at all. The first captured frame does not advance it, unless motion blur exposes over
             `delta_time`. Where capture on play is set (`set_capture_on_play`), steps with None play the timeline

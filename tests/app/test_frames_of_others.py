@@ -126,7 +126,7 @@ def test_frames_of_others_are_passed_over(scene, portions, tmp_path, executed):
     executed.clear()
     run_parts(script(scene), tmp_path / "parts", *portions)
     assert differences(tmp_path / "parts", tmp_path / "whole") == []
-    # Each process evaluates its own frames, the first one, and the last one, which the stage shows afterwards.
+    # Each process evaluates its own frames, the first one, and the last one, which the stage shows afterward.
     assert len(executed) < 0.9 * evaluated * len(portions)
 
 

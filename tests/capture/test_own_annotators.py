@@ -173,7 +173,7 @@ def test_object_coordinates_do_not_change_with_the_pose(stage):
 
 
 def closest_hits(stage, origin, points):
-    """Return the distance of the first of all cubes towards each point, and its path."""
+    """Return the distance of the first of all cubes toward each point, and its path."""
     caster = RayCaster(stage)
     lines = points - origin
     directions = lines / np.linalg.norm(lines, axis=1)[:, None]

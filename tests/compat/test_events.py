@@ -18,7 +18,7 @@ from usdsdg.session import stage_context
 
 @pytest.fixture
 def omni(monkeypatch):
-    """Install the foreign modules that scripts import, and remove them afterwards."""
+    """Install the foreign modules that scripts import, and remove them afterward."""
     before = (list(sys.meta_path), set(sys.modules))
     compat.install()
     import carb.eventdispatcher

@@ -120,7 +120,7 @@ def called() -> list[str]:
 
 @pytest.fixture
 def given(tmp_path):
-    """Values for the words in braces: a new stage with a few prims, and files; settings are restored afterwards."""
+    """Values for the words in braces: a new stage with a few prims, and files; settings are restored afterward."""
     settings = get_settings()
     before = {key: settings.get(key) for key in settings.changed()}
     stage = new_stage()

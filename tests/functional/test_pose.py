@@ -114,8 +114,8 @@ def test_look_at_points_minus_z_at_the_target_and_keeps_up(stage, position):
     camera = create.camera(parent="/World", position=position)
     modify.look_at(camera, (0, 1, 0), look_at_up_axis=(0, 0, 1))
     matrix = world(camera)
-    towards = np.array([0, 1, 0]) - position
-    np.testing.assert_allclose(-matrix[2, :3], towards / np.linalg.norm(towards), atol=1e-12)
+    toward = np.array([0, 1, 0]) - position
+    np.testing.assert_allclose(-matrix[2, :3], toward / np.linalg.norm(toward), atol=1e-12)
     assert matrix[1, 2] > 0
     assert matrix[0, 2] == pytest.approx(0)
 
@@ -126,8 +126,8 @@ def test_look_at_below_a_rotated_and_translated_parent(stage):
     target = create.sphere(position=(-3, 2, 1))
     modify.pose(camera, position_value=(0, 2, 0), look_at_value=target, look_at_up_axis=None)
     matrix = world(camera)
-    towards = world(target)[3, :3] - matrix[3, :3]
-    np.testing.assert_allclose(-matrix[2, :3] / 2, towards / np.linalg.norm(towards), atol=1e-12)
+    toward = world(target)[3, :3] - matrix[3, :3]
+    np.testing.assert_allclose(-matrix[2, :3] / 2, toward / np.linalg.norm(toward), atol=1e-12)
 
 
 def test_each_prim_may_have_its_own_target(stage):
@@ -135,8 +135,8 @@ def test_each_prim_may_have_its_own_target(stage):
     lights = create_batch.rect_light(count=2, parent="/World", position=[(0, 0, 1), (0, 0, 2)])
     modify.look_at(lights, [targets[0], "/World/Sphere_01"])
     for light, target in zip(lights, targets):
-        towards = world(target)[3, :3] - world(light)[3, :3]
-        np.testing.assert_allclose(-world(light)[2, :3], towards / np.linalg.norm(towards), atol=1e-12)
+        toward = world(target)[3, :3] - world(light)[3, :3]
+        np.testing.assert_allclose(-world(light)[2, :3], toward / np.linalg.norm(toward), atol=1e-12)
 
 
 def test_looking_straight_down_has_minus_x_up(stage):

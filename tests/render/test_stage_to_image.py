@@ -97,7 +97,7 @@ def test_environments_are_upright_and_not_mirrored(up, tmp_path):
     panorama[8:24, 24:40] = QUARTERS.repeat(8, axis=0).repeat(8, axis=1)
     Image.fromarray(panorama).save(tmp_path / "sky.png")
     stage = make_stage(up)
-    # The middle lies towards +Z (Y up) or -Y (Z up): behind a camera that looks along -Z or +Y.
+    # The middle lies toward +Z (Y up) or -Y (Z up): behind a camera that looks along -Z or +Y.
     op = UsdGeom.Xformable(stage.GetPrimAtPath("/Camera"))
     op.ClearXformOpOrder()
     turn = Gf.Rotation(Gf.Vec3d(0, 1, 0), 180)

@@ -10,7 +10,7 @@ from usdsdg.session.session import current
 
 @pytest.fixture
 def restored(stage):
-    """The engines, which are of the CPU again afterwards."""
+    """The engines, which are of the CPU again afterward."""
     yield current().engines
     current().engines.physics_device = "cpu"
 

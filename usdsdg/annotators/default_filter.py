@@ -10,7 +10,7 @@ CLASSES = "class:*"
 class DefaultFilter(str):
     """The filter "class:*", until a script sets the session's.
 
-    A writer of Replicator sets the session's filter when it is initialized, so that one that a script sets afterwards
+    A writer of Replicator sets the session's filter when it is initialized, so that one that a script sets afterward
     takes its place, and one that it set before does not.
     """
 

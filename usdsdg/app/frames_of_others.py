@@ -104,7 +104,7 @@ class FramesOfOthers:
 def _most(firing: list[Trigger], frame: int, last: int | None) -> int:
     """Return how many frames may be passed over at most: not the last one, nor that of the last firing of a trigger.
 
-    The stage shows these afterwards.
+    The stage shows these afterward.
     """
     ends = [trigger.max_execs - (trigger.executions - trigger.counted_from) for trigger in firing if trigger.max_execs]
     if last is not None:

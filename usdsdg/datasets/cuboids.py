@@ -17,7 +17,7 @@ NEAR = 1e-3
 # Line segments per edge for lenses with curved edges.
 _CURVE_SEGMENTS = 24
 
-# Corners (indices into KEYPOINTS) of the faces towards local +x, +y and +z, in circular order.
+# Corners (indices into KEYPOINTS) of the faces toward local +x, +y and +z, in circular order.
 _FACES = ((5, 6, 8, 7), (3, 4, 8, 7), (2, 4, 8, 6))
 
 

@@ -59,10 +59,10 @@ capsule = _single(
     "A capsule of one meter height and half a meter diameter along the stage's up axis. Since 6.0.",
 )
 sphere_light = _single(create_batch.sphere_light, "A light that emits from the surface of a sphere.")
-disk_light = _single(create_batch.disk_light, "A light that emits from a disk, towards -Z.")
-rect_light = _single(create_batch.rect_light, "A light that emits from a rectangle, towards -Z.")
+disk_light = _single(create_batch.disk_light, "A light that emits from a disk, toward -Z.")
+rect_light = _single(create_batch.rect_light, "A light that emits from a rectangle, toward -Z.")
 cylinder_light = _single(create_batch.cylinder_light, "A light that emits from a cylinder along x.")
-distant_light = _single(create_batch.distant_light, "A light with parallel rays towards -Z.")
+distant_light = _single(create_batch.distant_light, "A light with parallel rays toward -Z.")
 dome_light = _single(
     create_batch.dome_light,
     "An environment light, optionally with the image `texture`.",

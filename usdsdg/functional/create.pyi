@@ -117,7 +117,7 @@ def disk_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
     name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A light that emits from a disk, towards -Z."""
+    """A light that emits from a disk, toward -Z."""
 
 def rect_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -127,7 +127,7 @@ def rect_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), height: Any = 1.0, width: Any = 1.0,
     name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A light that emits from a rectangle, towards -Z."""
+    """A light that emits from a rectangle, toward -Z."""
 
 def cylinder_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
@@ -147,7 +147,7 @@ def distant_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), angle: Any = 1.0,
     name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A light with parallel rays towards -Z."""
+    """A light with parallel rays toward -Z."""
 
 def dome_light(
     color: Any = (1.0, 1.0, 1.0), texture: Any = None, texture_format: Any = "latlong", intensity: Any = 1000.0,

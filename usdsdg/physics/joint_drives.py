@@ -18,7 +18,7 @@ def drive_properties(stiffness: Any = 0.0, damping: Any = 0.0, input_prims: Any 
     A revolute joint has an angular drive, a prismatic one a linear drive; other joints keep the drives that they have.
 
     Args:
-        stiffness: force per distance, or torque per degree, towards the target.
+        stiffness: force per distance, or torque per degree, toward the target.
         damping: force per velocity, or torque per degree per second.
 
     Raises:

@@ -74,7 +74,7 @@ def _of_no_frame() -> list[str]:
     if seen.unseen and seen.writers and not current().writers:
         return [
             f"{_listed(seen.writers, 'was', 'were')} attached, and detached before the first frame, as by a new stage, "
-            "which begins without writers. Attach it afterwards."
+            "which begins without writers. Attach it afterward."
         ]
     if seen.unseen and seen.waits_for_calls:
         return [

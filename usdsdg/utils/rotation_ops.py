@@ -1,4 +1,4 @@
-"""Rotations towards a point, and the xform op of a prim that holds its rotation."""
+"""Rotations toward a point, and the xform op of a prim that holds its rotation."""
 
 from typing import Any
 

@@ -182,7 +182,7 @@ def check_installed() -> None:
 
 @contextmanager
 def _cluster(address: str, *, cpus: float | None) -> Iterator[Any]:
-    """Connect to a cluster, and leave it afterwards.
+    """Connect to a cluster, and leave it afterward.
 
     cpus: that a cluster of this machine alone has for actors; None: as many as the machine.
     """

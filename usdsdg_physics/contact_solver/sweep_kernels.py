@@ -210,7 +210,7 @@ def solved(
             t1 = wp.cross(n, t0)
 
             relative = (v1 + wp.cross(w1, arm1)) - (v0 + wp.cross(w0, arm0)) - surface
-            # What makes the surfaces stick, or where that takes more than the load allows, a step towards the force
+            # What makes the surfaces stick, or where that takes more than the load allows, a step toward the force
             # that opposes their motion.
             block = rows.friction_mass[row]
             x = wp.dot(t0, relative)

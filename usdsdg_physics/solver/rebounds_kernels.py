@@ -19,7 +19,7 @@ def rebound_speed(restitution: float, speed: float, pull: float, distance: float
 
     Args:
         speed: with which they approach, a `distance` [m] before they meet.
-        pull: with which they are accelerated towards each other; below 0 where they are slowed down.
+        pull: with which they are accelerated toward each other; below 0 where they are slowed down.
         dt: substep, by which bodies go that stay near a surface.
         step: the whole step, by which those go that leave it.
     """

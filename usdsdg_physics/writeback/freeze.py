@@ -11,7 +11,7 @@ def freeze(attribute: Usd.Attribute, target: Usd.EditTarget, backup: Backup) -> 
     """Give an attribute that has samples, a spline or value clips one value at all times, until the backup is restored.
 
     It is a default value beside the samples, and without one the value at the time of the context. Samples that a
-    script makes afterwards, as a record of the simulation, stay.
+    script makes afterward, as a record of the simulation, stay.
     """
     if not is_sampled(attribute):
         return

@@ -36,10 +36,10 @@ def bound_through_lens(view: CameraView, lower: np.ndarray, upper: np.ndarray) -
         radius = np.linalg.norm(upper - lower, axis=1) / 2 + abs(lens.eye_offset)
         distance = np.linalg.norm(in_camera, axis=1)
         half = np.where(distance > radius, np.arcsin(np.minimum(radius / distance, 1.0)), np.pi)
-        towards = np.where(distance[:, None] > 0, in_camera / distance[:, None], 0.0)
+        toward = np.where(distance[:, None] > 0, in_camera / distance[:, None], 0.0)
     for first in range(0, len(lower), _BOXES_AT_ONCE):
         batch = slice(first, first + _BOXES_AT_ONCE)
-        between = np.arccos(np.clip(np.einsum("ij,rcj->irc", towards[batch], axes), -1.0, 1.0))
+        between = np.arccos(np.clip(np.einsum("ij,rcj->irc", toward[batch], axes), -1.0, 1.0))
         overlap = between <= half[batch, None, None] + angles
         for index, tiles in enumerate(overlap, first):
             rows, columns = np.flatnonzero(tiles.any(axis=1)), np.flatnonzero(tiles.any(axis=0))

@@ -3,8 +3,8 @@
 Orientation. A dome's pole is the stage's up axis: for `DomeLight_1` because its poleAxis says so; for the older
 `DomeLight`, whose schema says +Y always, because Omniverse renders it so and scripts written for it do not rotate it. A
 `DomeLight` with UsdLux's own `orientToStageUpAxis` op was authored for a +Y pole and keeps it.
-Longitudes are UsdLux's: with a Y pole the center of the texture lies towards +Z and a quarter to the left of it towards
-+X; with a Z pole the center lies towards -Y.
+Longitudes are UsdLux's: with a Y pole the center of the texture lies toward +Z and a quarter to the left of it toward
++X; with a Z pole the center lies toward -Y.
 """
 
 from typing import NamedTuple

@@ -36,7 +36,7 @@ def bucket(tmp_path_factory):
 
 @pytest.fixture
 def files(bucket):
-    """What is in the bucket; it is put back afterwards."""
+    """What is in the bucket; it is put back afterward."""
     before = bucket.objects
     yield before
     for key in bucket.objects:

@@ -92,7 +92,7 @@ def test_an_imu_reads_in_its_own_axes(world, box):
 
 
 def test_an_imu_off_the_axis_of_a_turning_body_feels_it(world, box):
-    """Centripetal acceleration: the square of the rate times the radius, towards the axis."""
+    """Centripetal acceleration: the square of the rate times the radius, toward the axis."""
     world.get_physics_context().set_gravity(0.0)
     sensor = IMUSensor(f"{BOX}/imu", translation=np.array([2.0, 0, 0]))
     world.reset()

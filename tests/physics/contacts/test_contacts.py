@@ -62,7 +62,7 @@ def test_shapes_rest_on_floors(floor):
 
 
 def test_mirrored_wedge_leans_the_other_way():
-    """On a narrow pillar below its middle, the wedge tips towards its heavy side, which mirroring swaps."""
+    """On a narrow pillar below its middle, the wedge tips toward its heavy side, which mirroring swaps."""
     ends = []
     for mirror in (1, -1):
         stage = new_stage()

@@ -45,12 +45,12 @@ def _nearest(shape: Shape, p: np.ndarray) -> np.ndarray:
         away = p - axis
         return axis + away * np.minimum(1, radius / np.maximum(np.linalg.norm(away, axis=1), 1e-300))[:, None]
     flat = np.linalg.norm(p[:, :2], axis=1)
-    towards = p[:, :2] / np.maximum(flat, 1e-300)[:, None]
+    toward = p[:, :2] / np.maximum(flat, 1e-300)[:, None]
     if shape.kind == "cylinder":
         r, z = np.minimum(flat, radius), np.clip(p[:, 2], -half, half)
     else:
         r, z = _nearest_in_triangle(flat, p[:, 2], radius, half)
-    return np.concatenate([towards * r[:, None], z[:, None]], axis=1)
+    return np.concatenate([toward * r[:, None], z[:, None]], axis=1)
 
 
 def _nearest_in_triangle(r, z, radius, half):

@@ -68,7 +68,7 @@ def test_a_body_that_turns_slowly_beside_a_sleeping_one_does_not_wake_it(spin):
     stage = new_stage()
     add(stage, "/World/sleeper", gravity=False)
     beside = (2 * HALF + 0.015, 0, 0)
-    # About its center of mass, at 10 degrees a second, no point of it moves a millimeter towards the other in a step.
+    # About its center of mass, at 10 degrees a second, no point of it moves a millimeter toward the other in a step.
     _body(stage, "/World/turning", beside, (0, 20, 0), spin=(0, 0, spin), gravity=False)
     engine = playing(stage)
     engine.put_to_sleep(["/World/sleeper"])

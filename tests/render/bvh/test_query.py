@@ -71,8 +71,8 @@ def test_hits_match_brute_force(kind):
         ]
     )
     origins = rng.uniform(-5, 5, (400, 3)).astype(np.float32)
-    towards = rng.uniform(-1.5, 3.5, (400, 3)) * [1, 1, 0.5] - origins
-    directions = (towards / np.linalg.norm(towards, axis=1, keepdims=True)).astype(np.float32)
+    toward = rng.uniform(-1.5, 3.5, (400, 3)) * [1, 1, 0.5] - origins
+    directions = (toward / np.linalg.norm(toward, axis=1, keepdims=True)).astype(np.float32)
     triangles, owners = world_triangles(scene)
     expected, doubt = brute_force(triangles, origins.astype(float), directions.astype(float))
     hits = trace(scene, origins, directions)

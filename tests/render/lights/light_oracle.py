@@ -38,10 +38,10 @@ def patches(kind: str, **size) -> tuple[np.ndarray, np.ndarray]:
 
 def irradiance(points: np.ndarray, areas: np.ndarray, radiance, *, at=(0.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0)):
     """Irradiance of world-space patches on a surface; `radiance` is a number or one per patch."""
-    towards = points - np.asarray(at, float)
-    d2 = (towards**2).sum(-1)
-    facing = np.maximum(towards @ np.asarray(normal, float), 0.0)
-    leaving = np.maximum(-(towards * areas).sum(-1), 0.0)
+    toward = points - np.asarray(at, float)
+    d2 = (toward**2).sum(-1)
+    facing = np.maximum(toward @ np.asarray(normal, float), 0.0)
+    leaving = np.maximum(-(toward * areas).sum(-1), 0.0)
     return (radiance * facing * leaving / d2**2).sum()
 
 

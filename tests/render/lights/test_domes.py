@@ -159,9 +159,9 @@ def test_several_domes_are_summed_in_their_own_orientation(tmp_path):
     assert dome.radiance.shape == (HEIGHT, WIDTH, 3)
     # The direction in which the second dome alone has its bright texel:
     alone = dome_of(second.GetPrim())
-    towards = alone.dome_from_world.T @ directions(HEIGHT, WIDTH)[6, 9]
-    assert texel_seen(alone, towards) == (6, 9)
-    row, column = texel_seen(dome, towards)
+    toward = alone.dome_from_world.T @ directions(HEIGHT, WIDTH)[6, 9]
+    assert texel_seen(alone, toward) == (6, 9)
+    row, column = texel_seen(dome, toward)
     assert dome.radiance[row, column, 0] == pytest.approx(3.25, abs=1e-3)
     elsewhere = np.ones((HEIGHT, WIDTH), bool)
     elsewhere[row - 1 : row + 2, column - 1 : column + 2] = False

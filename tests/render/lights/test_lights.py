@@ -330,14 +330,14 @@ def test_spots_emit_up_to_the_edge_of_their_cone(radius, aside):
 
 
 def test_an_ies_profile_follows_the_angles_of_the_scene():
-    """Nadir is -z; horizontal angles count from -x towards -y."""
+    """Nadir is -z; horizontal angles count from -x toward -y."""
     profile = np.zeros((181, 360), np.float32)
     vertical, horizontal = np.arange(181)[:, None], np.arange(360)[None, :]
     profile[:] = (1 + vertical / 180) * (2 + np.cos(np.radians(horizontal - 50)))
     for off, turn in ((0.0, 0.0), (30.0, 0.0), (30.0, 50.0), (60.0, 140.0), (75.3, 301.7)):
-        towards = np.sin(np.radians(off)) * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn)), 0])
-        # From the light to the origin along the direction of the angles: off -z, rotated from -x towards -y.
-        leaving = np.array([-towards[0], -towards[1], -np.cos(np.radians(off))])
+        toward = np.sin(np.radians(off)) * np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn)), 0])
+        # From the light to the origin along the direction of the angles: off -z, rotated from -x toward -y.
+        leaving = np.array([-toward[0], -toward[1], -np.cos(np.radians(off))])
         light = scenes.sphere_light(1e4, -5 * leaving, 0.01, visible=0)
         plain = floor_irradiance(light)
         expected = (1 + off / 180) * (2 + np.cos(np.radians(turn - 50)) if off else 1)
@@ -401,14 +401,14 @@ def test_the_dome_follows_its_frame():
     dome = Dome(pixels, turn)
     theta, phi = np.pi * (row + 0.5) / height, 2 * np.pi * (column + 0.5) / width
     in_dome = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    towards = np.linalg.inv(turn) @ in_dome
+    toward = np.linalg.inv(turn) @ in_dome
     scene = scenes.scene_of([], dome=dome)
-    view = scenes.view_from((0, 0, 0), towards, size=(1, 1), focal_length=50000.0)
+    view = scenes.view_from((0, 0, 0), toward, size=(1, 1), focal_length=50000.0)
     np.testing.assert_allclose(radiance(scene, view, samples=16)[0, 0], 300.0, rtol=0.01)
-    away = scenes.view_from((0, 0, 0), -towards, size=(1, 1), focal_length=50000.0)
+    away = scenes.view_from((0, 0, 0), -toward, size=(1, 1), focal_length=50000.0)
     assert radiance(scene, away, samples=4).max() == 0.0
     # Reflection: a mirror ball at the half vector shows it.
-    half = towards + np.array([0, 0, 1.0])
+    half = toward + np.array([0, 0, 1.0])
     half /= np.linalg.norm(half)
     side = np.cross(half, (1, 0, 0)) / np.linalg.norm(np.cross(half, (1, 0, 0)))
     facing = np.stack([side, np.cross(half, side), half], 1)
@@ -417,7 +417,7 @@ def test_the_dome_follows_its_frame():
     above = scenes.view_from(5 * half, (0, 0, 0), size=(1, 1), focal_length=5000.0)
     solid_angle = (np.cos(np.pi * row / height) - np.cos(np.pi * (row + 1) / height)) * 2 * np.pi / width
     # Bilinear look-up spreads the texel over its neighbors but preserves its energy.
-    expected = 300.0 * solid_angle * (half @ towards) / np.pi
+    expected = 300.0 * solid_angle * (half @ toward) / np.pi
     np.testing.assert_allclose(radiance(lit, above, samples=256, bounces=1).mean(), expected, rtol=0.06)
 
 

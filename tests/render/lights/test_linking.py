@@ -110,7 +110,7 @@ def test_a_linked_light_does_not_affect_other_lights():
 
 
 def test_glass_shows_a_linked_light_once():
-    """Every face of a slab traces its own ray towards the light behind it; only the last one sees it."""
+    """Every face of a slab traces its own ray toward the light behind it; only the last one sees it."""
     glass = scenes.material(base_color=1.0, specular=0.04, roughness=0.0, transmission=1.0, ior=1.5)
     light = scenes.light(LIGHT_RECT, radiance=10.0, position=(0, 0, -4.0), width=6.0, height=6.0)
     light["z_axis"], light["y_axis"] = (0, 0, -1), (0, -1, 0)

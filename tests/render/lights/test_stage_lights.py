@@ -16,7 +16,7 @@ from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
 
 ALBEDO = 0.5
-# (prim, shape of the oracle, its size, UsdLux's inputs): all emit towards -z, cylinders lie along x.
+# (prim, shape of the oracle, its size, UsdLux's inputs): all emit toward -z, cylinders lie along x.
 KINDS = {
     "SphereLight": ("ellipsoid", dict(axes=(0.4, 0.4, 0.4)), dict(radius=0.4)),
     "RectLight": ("rect", dict(width=1.5, height=0.5), dict(width=1.5, height=0.5)),

@@ -15,7 +15,7 @@ from usdsdg_render.path.environment_weight import set_environment_weights
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -0.9, 0), (0, 1, 0), size=(24, 18), focal_length=12.0)
-# Rotations of a square that faces z: towards y, towards x.
+# Rotations of a square that faces z: toward y, toward x.
 TO_Y = np.array([(1, 0, 0), (0, 0, 1), (0, -1, 0)])
 TO_X = np.array([(0, 0, 1), (0, 1, 0), (-1, 0, 0)])
 

@@ -68,7 +68,7 @@ def test_a_mirror_shows_lights_as_direct_and_surfaces_as_reflections():
     lamp = scenes.material(base_color=0.0, specular=0.0, emission=2.0)
     floor = [(scenes.square(), scenes.moved(scale=10), 0)]
     ceiling = (scenes.square(), scenes.moved((0, 0, 3), scale=10), 1)
-    # Between both: it lights the ceiling, and its back towards the floor is dark.
+    # Between both: it lights the ceiling, and its back toward the floor is dark.
     upwards = scenes.light(LIGHT_RECT, radiance=50.0, position=(0, 2, 0.5), z_axis=(0, 0, -1), y_axis=(0, -1, 0))
     view = scenes.view_from((0, -4, 2), size=(8, 6), focal_length=80.0)
     sky, light_aovs = light_aovs_of(scenes.scene_of(floor, materials=[mirror], dome=scenes.white_dome()), view=view)

@@ -25,8 +25,8 @@ def project_by_turning_the_head(point: np.ndarray, offset: float) -> tuple[float
 
     def miss(turn: float) -> float:
         right, ahead = np.array([np.cos(turn), 0, np.sin(turn)]), np.array([np.sin(turn), 0, -np.cos(turn)])
-        towards = point - offset * right
-        return float(towards @ right) if towards @ ahead > 0 else float(np.sign(towards @ right) * 1e3)
+        toward = point - offset * right
+        return float(toward @ right) if toward @ ahead > 0 else float(np.sign(toward @ right) * 1e3)
 
     turns = np.linspace(-np.pi, np.pi, 721)
     values = np.array([miss(turn) for turn in turns])

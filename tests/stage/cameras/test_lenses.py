@@ -46,9 +46,9 @@ def test_a_visible_point_is_on_the_ray_of_its_pixel(case):
         inside &= points[:, 2] < 0
     assert inside.sum() > 50
     origins, directions = camera.rays(pixels[inside])
-    towards = points[inside] - origins
-    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
-    np.testing.assert_allclose(directions, towards, atol=1e-9)
+    toward = points[inside] - origins
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    np.testing.assert_allclose(directions, toward, atol=1e-9)
 
 
 def opencv_pinhole(points, focal, center, k, p, s):

@@ -1,4 +1,4 @@
-"""Rotations towards targets: -Z points there and +Y is as far up as can be."""
+"""Rotations toward targets: -Z points there and +Y is as far up as can be."""
 
 import numpy as np
 import pytest
@@ -18,12 +18,12 @@ def test_minus_z_points_at_the_target(eye, target, up, axis):
     assume(np.linalg.norm(target - eye) > 1e-3)
     assume(np.linalg.norm(up) > 1e-3)
     (turn,) = look_at_rotations([eye], [target], up, stage_up_axis=axis)
-    towards = (target - eye) / np.linalg.norm(target - eye)
-    np.testing.assert_allclose(-turn[2], towards, atol=1e-9)
+    toward = (target - eye) / np.linalg.norm(target - eye)
+    np.testing.assert_allclose(-turn[2], toward, atol=1e-9)
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-9)
     assert np.linalg.det(turn) == pytest.approx(1)
     upwards = up / np.linalg.norm(up)
-    if np.linalg.norm(np.cross(towards, upwards)) > 1e-6:
+    if np.linalg.norm(np.cross(toward, upwards)) > 1e-6:
         assert turn[1] @ upwards > 0
         assert turn[0] @ upwards == pytest.approx(0, abs=1e-6)
 

@@ -101,7 +101,7 @@ def test_decompose_of_a_sheared_matrix_is_the_nearest_rotation():
     sheared = np.eye(4)
     sheared[0, 1] = 0.3
     pose = rotations.decompose(sheared)
-    # x and y each rotate by half of the shear angle towards each other.
+    # x and y each rotate by half of the shear angle toward each other.
     angle = np.degrees(np.arctan(0.3)) / 2
     np.testing.assert_allclose(rotations.euler_xyz_from_quat(pose.rotation), [0, 0, angle], atol=1e-9)
 

@@ -83,7 +83,7 @@ def sum_all_by_gprim(instances: Sequence[Pixels], gprims: int) -> list[np.ndarra
 def shade(instance: Pixels, normals: Pixels, colors: np.ndarray, light: np.ndarray, darkest: float) -> Pixels:
     """Return colors of a table (0 to 255) shaded by a light, uint8 (H, W, 3).
 
-    normals: (H, W, 3). light: unit vector towards it. darkest: brightness of surfaces that face away from it.
+    normals: (H, W, 3). light: unit vector toward it. darkest: brightness of surfaces that face away from it.
     """
     from usdsdg.annotators.pixels import look_up_kernels as kernels
 

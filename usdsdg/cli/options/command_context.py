@@ -364,7 +364,7 @@ def _interrupt_again(number: int) -> None:
 
 
 class _StageSnapshot:
-    """Copy of the stage at the last capture; scripts stop the timeline afterwards, which restores the first poses."""
+    """Copy of the stage at the last capture; scripts stop the timeline afterward, which restores the first poses."""
 
     def __init__(self, path: Path) -> None:
         from usdsdg.orchestrator import get_orchestrator

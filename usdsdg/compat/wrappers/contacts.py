@@ -32,7 +32,7 @@ class Contacts(NamedTuple):
 
     force: np.ndarray  # (max, 1) along the normal
     position: np.ndarray  # (max, 3) world [stage units]
-    normal: np.ndarray  # (max, 3) towards the sensor
+    normal: np.ndarray  # (max, 3) toward the sensor
     separation: np.ndarray  # (max, 1) [stage units], negative where they overlap
     count: np.ndarray  # (N, F) how many rows a sensor has with each partner; (N,) with any
     start: np.ndarray  # the first of these rows, likewise
@@ -55,7 +55,7 @@ class _Points:
     partner: np.ndarray  # (P, F) whether it touches that partner
     other: np.ndarray  # (P,) integer of the path of the body that it touches
     position: np.ndarray  # (P, 3)
-    normal: np.ndarray  # (P, 3) towards the sensor
+    normal: np.ndarray  # (P, 3) toward the sensor
     force: np.ndarray  # (P,) impulse on the sensor along the normal
     friction: np.ndarray  # (P, 3) impulse on the sensor across the normal
     separation: np.ndarray  # (P,)

@@ -85,7 +85,7 @@ def banana() -> Asset:
 
 
 def power_drill() -> Asset:
-    """Motor, handle and battery, lying on its side with the bit towards -x."""
+    """Motor, handle and battery, lying on its side with the bit toward -x."""
     yellow, dark = "shell", "rubber"
     motor = cylinder(0.027, 0.104, yellow, segments=32, rim=0.006).rotated("y", -90.0).moved(0.066, 0.064)
     back = cylinder(0.0245, 0.018, dark, segments=32, rim=0.006).rotated("y", 90.0).moved(0.062, 0.064)

@@ -23,7 +23,7 @@ def cardboard(name: str, code: str) -> Image.Image:
 
 
 def traffic_cone() -> Image.Image:
-    """Orange with two white reflective stripes and dirt towards the foot; t goes from foot to tip."""
+    """Orange with two white reflective stripes and dirt toward the foot; t goes from foot to tip."""
     size = (512, 256)
     image = paint.tinted(size, (238, 86, 22), 0.12 * (paint.fractal(size, (6, 6), "cone") - 0.5))
     for top, bottom in ((0.22, 0.40), (0.53, 0.68)):
@@ -252,7 +252,7 @@ def _memo() -> Image.Image:
 
 
 def _worn(image: Image.Image, name: str, strength: float) -> Image.Image:
-    """Add patches of dirt that get stronger towards the bottom row."""
+    """Add patches of dirt that get stronger toward the bottom row."""
     height, width = image.height, image.width
     patches = np.clip(paint.fractal((height, width), (6, 8), f"{name}/dirt") * 2.0 - 0.7, 0.0, 1.0)
     depth = strength * patches * np.linspace(0.15, 1.0, height)[:, None] ** 2

@@ -13,7 +13,7 @@ def lathe(
 ) -> Surface:
     """Revolve a profile of (radius, z) pairs [m], listed from bottom to top along the outside.
 
-    s goes once around, starting at -y and growing towards +x, so that the middle of a label (s = 0.5) faces +y;
+    s goes once around, starting at -y and growing toward +x, so that the middle of a label (s = 0.5) faces +y;
     t is the height from 0 at the lowest to 1 at the highest point of the profile. Corners of the profile that turn
     by more than `crease` degrees stay sharp.
     """
@@ -54,10 +54,10 @@ def superellipse(surface: Surface, exponent: float) -> Surface:
     stretch = np.where(radius > 0.0, power, 1.0) ** (-1.0 / exponent)
     points = np.concatenate([surface.points[:, :2] * stretch, surface.points[:, 2:]], axis=1)
     leaning = np.linalg.norm(surface.normals[:, :2], axis=1, keepdims=True)
-    towards = surface.normals[:, :2] / np.where(leaning > 0.0, leaning, 1.0)
+    toward = surface.normals[:, :2] / np.where(leaning > 0.0, leaning, 1.0)
     outward = surface.points[surface.indices, :2]
     gradient = unit(np.sign(outward) * np.abs(outward) ** (exponent - 1.0))
-    side = np.sign((towards * outward).sum(axis=1, keepdims=True))
+    side = np.sign((toward * outward).sum(axis=1, keepdims=True))
     normals = unit(np.concatenate([leaning * side * gradient, surface.normals[:, 2:]], axis=1))
     return replace(surface, points=points, normals=normals)
 

@@ -99,7 +99,7 @@ def disk_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
     count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Lights that emit from disks, towards -Z."""
+    """Lights that emit from disks, toward -Z."""
     return _lights("DiskLight", locals())
 
 
@@ -111,7 +111,7 @@ def rect_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), height: Any = 1.0, width: Any = 1.0,
     count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Lights that emit from rectangles in the xy plane, towards -Z."""
+    """Lights that emit from rectangles in the xy plane, toward -Z."""
     return _lights("RectLight", locals())
 
 
@@ -135,5 +135,5 @@ def distant_light(
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), angle: Any = 1.0,
     count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Distant lights towards -Z with an angular diameter of `angle` degrees."""
+    """Distant lights toward -Z with an angular diameter of `angle` degrees."""
     return _lights("DistantLight", locals())

@@ -75,7 +75,7 @@ def add_background_randomizer() -> None:
 
 
 def pull_to_center(prims: Iterable[Usd.Prim], draws: Draws, index: int) -> None:
-    """Set velocities towards the origin that would reach it in one to ten seconds. `index` counts the calls."""
+    """Set velocities toward the origin that would reach it in one to ten seconds. `index` counts the calls."""
     with Sdf.ChangeBlock():
         for prim in prims:
             position = Gf.Vec3f(prim.GetAttribute("xformOp:translate").Get())

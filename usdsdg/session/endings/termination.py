@@ -89,7 +89,7 @@ def whole_frame() -> Iterator[None]:
 def between_frames() -> Iterator[None]:
     """Within a frame that is whole already, let a signal end the process at once again, Ctrl-C too.
 
-    Jobs, which hold Ctrl-C back until the end of the frame, do so again afterwards.
+    Jobs, which hold Ctrl-C back until the end of the frame, do so again afterward.
     """
     frames, _pending.frames = _pending.frames, 0
     is_main = threading.current_thread() is threading.main_thread()

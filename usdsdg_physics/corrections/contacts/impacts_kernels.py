@@ -10,7 +10,7 @@ from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_free, is_same_pair
 from usdsdg_physics.corrections.contacts.supports_kernels import FixedShapes, is_supported
 
-# Speed [m/s] of a center of mass towards a surface from which a contact is an impact, and that at which it is one
+# Speed [m/s] of a center of mass toward a surface from which a contact is an impact, and that at which it is one
 # fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.
 MIN_SPEED = wp.constant(0.25)
 FULL_SPEED = wp.constant(0.5)

@@ -25,7 +25,7 @@ ESCAPE_EXPONENT = wp.constant(0.6)
 
 @wp.struct
 class Bsdf:
-    """BSDF parameters at one surface point, for one outgoing direction `wo` towards the viewer."""
+    """BSDF parameters at one surface point, for one outgoing direction `wo` toward the viewer."""
 
     normal: wp.vec3
     smooth_normal: wp.vec3  # interpolated normal, without normal maps
@@ -232,7 +232,7 @@ def shadow_terminator(b: Bsdf, cos_i: float, wi: wp.vec3):
 
 @wp.func
 def evaluate_bsdf(b: Bsdf, wi: wp.vec3):
-    """Evaluate f * cosine and pdf towards `wi`; reflection only."""
+    """Evaluate f * cosine and pdf toward `wi`; reflection only."""
     out = BsdfValue()
     cos_i = wp.dot(b.normal, wi)
     if cos_i <= 1.0e-5 or wp.dot(b.horizon_normal, wi) <= 0.0:

@@ -130,7 +130,7 @@ def undistorted(lens: Lens, plane: wp.vec2):
 
 @wp.func
 def radial_direction(p: wp.vec2, radius: float):
-    """Return the unit vector towards a point; zero at the center."""
+    """Return the unit vector toward a point; zero at the center."""
     if radius > 0.0:
         return p / radius
     return wp.vec2(0.0)

@@ -76,7 +76,7 @@ def distance_to_image_plane(
 
 @aov(SURFACE)
 def normals(surface: Surface) -> wp.vec3:
-    """Interpolated normal in world space, towards the camera."""
+    """Interpolated normal in world space, toward the camera."""
     return surface.normal
 
 

@@ -61,8 +61,8 @@ def tangent_offset(
     previous_distance = float(0.0)
     steps = int(4)
     for step in range(steps):
-        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)  # depth is -z
-        distance = support_from(supports, instance, index, towards, camera.origin, largest)
+        toward = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)  # depth is -z
+        distance = support_from(supports, instance, index, toward, camera.origin, largest)
         now = offset
         if camera.orthographic != 0:
             return distance
@@ -95,8 +95,8 @@ def separating_offset(
     bound = float(ANYWHERE)
     for k in range(TESTED_LINES):
         offset = highest - 2.0 * half * float(k) / float(TESTED_LINES - 1)
-        towards = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)
-        if support_from(supports, instance, index, towards, camera.origin, largest) <= 0.0:
+        toward = camera.rotation * wp.vec3(normal[0] * camera.fx, -normal[1] * camera.fy, offset)
+        if support_from(supports, instance, index, toward, camera.origin, largest) <= 0.0:
             bound = offset
     return bound
 

@@ -1,4 +1,4 @@
-"""Light sampling: choice of one light for a point, and sampling a direction towards it.
+"""Light sampling: choice of one light for a point, and sampling a direction toward it.
 
 Analytic lights are not geometry: they occlude nothing, except that a camera ray ends at the first visible one. One
 light is chosen for each point, with a probability in proportion to its estimated unoccluded irradiance there.

@@ -1,4 +1,4 @@
-"""Analytic light shapes: ray intersection, and radiance emitted towards the ray's origin."""
+"""Analytic light shapes: ray intersection, and radiance emitted toward the ray's origin."""
 
 import warp as wp
 
@@ -19,7 +19,7 @@ PI = wp.constant(wp.pi)
 
 @wp.struct
 class LightSample:
-    """A sampled direction towards a light; pdf 0 = no sample, pdf < 0 = a delta light."""
+    """A sampled direction toward a light; pdf 0 = no sample, pdf < 0 = a delta light."""
 
     direction: wp.vec3
     distance: wp.float32
@@ -57,11 +57,11 @@ def shaping(light: Light, emitted_direction: wp.vec3):
 
 
 @wp.func
-def ies_factor(profile: EmissionProfile, towards: wp.vec3):
-    """Look up an IES profile bilinearly; `towards` is the unit direction to the light, in the light's frame."""
+def ies_factor(profile: EmissionProfile, toward: wp.vec3):
+    """Look up an IES profile bilinearly; `toward` is the unit direction to the light, in the light's frame."""
     values = wp.array(ptr=profile.ies, shape=(profile.ies_height * profile.ies_width,), dtype=wp.float32)
-    y = acos_over_pi(wp.clamp(towards[2], -1.0, 1.0)) * float(profile.ies_height - 1)
-    x = azimuth_turns(towards[0], towards[1]) * float(profile.ies_width)
+    y = acos_over_pi(wp.clamp(toward[2], -1.0, 1.0)) * float(profile.ies_height - 1)
+    x = azimuth_turns(toward[0], toward[1]) * float(profile.ies_width)
     y0 = wp.clamp(int(y), 0, profile.ies_height - 2)
     x0 = wp.clamp(int(x), 0, profile.ies_width - 1)
     x1 = wp.where(x0 + 1 == profile.ies_width, 0, x0 + 1)
@@ -94,15 +94,15 @@ def light_texture_at(profile: EmissionProfile, u: float, v: float):
 
 @wp.func
 def emitted_radiance(light: Light, direction: wp.vec3, point: wp.vec3):
-    """Return the radiance [nits] emitted at a point of a light against `direction`, a ray towards the light."""
+    """Return the radiance [nits] emitted at a point of a light against `direction`, a ray toward the light."""
     radiance = wp.cw_mul(light.radiance, shaping(light, -direction))
     if light.emission_profile != wp.uint64(0):
         profile = wp.array(ptr=light.emission_profile, shape=(1,), dtype=EmissionProfile)[0]
         if profile.ies != wp.uint64(0):
-            towards = wp.vec3(
+            toward = wp.vec3(
                 wp.dot(direction, light.x_axis), wp.dot(direction, light.y_axis), wp.dot(direction, light.z_axis)
             )
-            radiance *= ies_factor(profile, towards)
+            radiance *= ies_factor(profile, toward)
         if profile.texels != wp.uint64(0):
             u = 0.5 - wp.dot(point - light.position, light.x_axis) / light.width
             v = 0.5 - wp.dot(point - light.position, light.y_axis) / light.height

@@ -325,7 +325,7 @@ class SimulationContext:
 
 @contextmanager
 def _physics_held() -> Iterator[None]:
-    """Turn off what app updates do to physics; it is on afterwards, as in Isaac Sim, whatever it was before."""
+    """Turn off what app updates do to physics; it is on afterward, as in Isaac Sim, whatever it was before."""
     get_settings().set(_PLAY_SIMULATIONS, False)
     try:
         yield

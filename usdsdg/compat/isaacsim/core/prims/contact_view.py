@@ -92,7 +92,7 @@ class RigidContactView:
         """Return the contact points with filters, pair by pair; None where physics does not play.
 
         Returns:
-            Forces along the normals (max, 1), points (max, 3) and normals towards the prims (max, 3) in the world,
+            Forces along the normals (max, 1), points (max, 3) and normals toward the prims (max, 3) in the world,
             separations (max, 1), and how many points each pair has and from which row on (M, num_filters); `max` is
             `max_contact_count`.
         """

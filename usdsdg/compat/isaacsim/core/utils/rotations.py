@@ -39,7 +39,7 @@ def quat_to_euler_angles(quat: ArrayLike, degrees: bool = False, extrinsic: bool
 
 
 def lookat_to_quatf(camera: Gf.Vec3f, target: Gf.Vec3f, up: Gf.Vec3f) -> Gf.Quatf:
-    """Return the rotation that turns +Z to the view from `camera` to `target`, and +Y towards `up`.
+    """Return the rotation that turns +Z to the view from `camera` to `target`, and +Y toward `up`.
 
     Where the two points coincide it is the identity.
     """

@@ -67,7 +67,7 @@ class ContactSensor(PhysicsSensor):
         """Return what was measured last, in the same dictionary every time.
 
         Keys are time [s], physics_step, in_contact, force, number_of_contacts, and after
-        `add_raw_contact_data_to_frame` contacts: a list of body0, body1, position (3,), normal (3,) towards body 0 and
+        `add_raw_contact_data_to_frame` contacts: a list of body0, body1, position (3,), normal (3,) toward body 0 and
         impulse (3,) on it. Before the first step there are time and physics_step alone.
         """
         reading, frame = self._readings.reading(), self._frame

@@ -28,10 +28,10 @@ _PROPS = "/Isaac/Environments/Simple_Warehouse/Props"
 # Steps of the phases.
 _STEPS_BETWEEN_DROPS, _STEPS_TO_SETTLE, _STEPS_AT_END = 10, 100, 20
 _STEPS_PER_PUSH, _STEPS_PER_PULL = 25, 20
-# Forces in the stage's units, and the part of them, per unit of distance, that pulls towards the prim.
+# Forces in the stage's units, and the part of them, per unit of distance, that pulls toward the prim.
 _PUSH, _PULL, _TOWARDS_PRIM = 500.0, 250.0, 0.2
 _SIDES = ((0, 1, 0), (1, 0, 0), (0, -1, 0), (-1, 0, 0))
-_SLIPPERY, _ROUGH = 0.001, 0.95  # friction while they fall, and afterwards
+_SLIPPERY, _ROUGH = 0.001, 0.95  # friction while they fall, and afterward
 _QUARTER_TURNS = (180, 90, 0, -90, -180)
 
 
@@ -69,7 +69,7 @@ class VolumeStackRandomizer(RandomBehavior):
         variable("assets:numRange", _T.Int2, Gf.Vec2i(4, 8), "Smallest and largest number of assets per prim."),
         variable("dropHeight", _T.Float, 2.0, "Height above the prim from which assets fall [stage units]."),
         variable("renderSimulation", _T.Bool, True, "Update the application after every step."),
-        variable("removeRigidBodyDynamics", _T.Bool, True, "Assets are no rigid bodies any more afterwards."),
+        variable("removeRigidBodyDynamics", _T.Bool, True, "Assets are no rigid bodies any more afterward."),
         variable("preserveSimulationState", _T.Bool, True, "Assets stay where they are when the timeline stops."),
         SEED,
     ]
@@ -239,7 +239,7 @@ class VolumeStackRandomizer(RandomBehavior):
         await self._simulate(_STEPS_BETWEEN_DROPS)
 
     async def _push(self, side: Sequence[float], strength: float, steps: int) -> None:
-        """Push all assets along a direction of their prim's frame and towards the prim, during the first step."""
+        """Push all assets along a direction of their prim's frame and toward the prim, during the first step."""
         bodies, forces, positions = [], [], []
         cache = UsdGeom.XformCache()
         for prim, made in self._assets.items():
