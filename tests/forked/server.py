@@ -12,9 +12,11 @@ import ctypes
 import functools
 import gc
 import importlib
+import itertools
 import json
 import os
 import pkgutil
+import re
 import runpy
 import select
 import signal
@@ -40,6 +42,7 @@ ENGINES = ("usdsdg_render", "usdsdg_physics")
 # Values of modules that hold nothing of a program.
 CONSTANT = (FunctionType, type, ModuleType, str, int, float, tuple, frozenset)
 LIBRARIES = ("warp", "numpy", "click", "re", "types", "typing", "collections")  # of whose classes no value does, either
+OPTION = re.compile("-[BEIOSbdqsuv]+")  # of the interpreter, as multiprocessing gives on to what it spawns
 SHARED: list[str] = []
 HELD: list[tuple[dict[str, Any], list[str]]] = []
 
@@ -97,8 +100,8 @@ def reap(*_: object) -> None:
 
 
 def run(arguments: list[str]) -> None:
-    """Do what `python ARGUMENTS` does."""
-    kind, *rest = arguments
+    """Do what `python ARGUMENTS` does; options of the interpreter are those of the server."""
+    kind, *rest = itertools.dropwhile(OPTION.fullmatch, arguments)
     if kind == "-m":
         sys.argv, sys.path[0] = rest, os.getcwd()
         runpy.run_module(rest[0], run_name="__main__", alter_sys=True)

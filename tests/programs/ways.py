@@ -133,7 +133,7 @@ def spawned(folder: Path, draws: random.Random) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     given = ["run", "-q", "--device", "cpu", "--threads", "1", "../script.py", OUTPUT]
     variables = {**os.environ, "PYTHONPATH": str(forked.ROOT)}
-    done = forked.run(["-m", "tests.programs.spawned", *given], cwd=folder, env=variables, timeout=200)
+    done = forked.run(["-m", "tests.programs.spawned", *given], cwd=folder, env=variables, timeout=200, fresh=True)
     if done.returncode:
         raise Refused(f"exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-3000:]}")
 

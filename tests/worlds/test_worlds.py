@@ -101,3 +101,18 @@ def test_worlds_look_at_where_an_animated_prim_is():
     for frame, distance in zip(frames, batch.arrays["distance_to_camera"].numpy(), strict=True):
         np.testing.assert_array_equal(distance, scenes.plain(frame["distance_to_camera"]))
         assert np.isfinite(distance[scenes.SIZE[1] // 2, scenes.SIZE[0] // 2])
+
+
+def test_a_node_that_does_not_run_again_need_not_be_able_to():
+    """A cube looks at a point once in three frames, and then is moved there."""
+
+    def build():
+        rep.create.light(light_type="dome", intensity=500)
+        cube = rep.create.cube(semantics=[("class", "cube")])
+        with rep.trigger.on_frame(interval=WORLDS), cube:
+            rep.modify.pose(look_at=(0, 2, 0))
+        with rep.trigger.on_frame(), cube:
+            rep.modify.pose(position=rep.distribution.sequence([(0, 2, 0), (1, 0, 0), (2, 0, 0)]))
+        return rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0))
+
+    scenes.compared(build, WORLDS, STEPS)

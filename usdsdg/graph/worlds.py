@@ -132,8 +132,9 @@ class WorldDraws:
         for firings, node, executed in self._runs:
             if executed and not firings.fires[1:].any():
                 scratch = WorldValues(1, sequence.now.time)
-                # As where all are drawn together: all worlds have the same, which is on the stage.
-                with suppress(Unsupported):
+                # As where all are drawn together: all worlds have the same, which is on the stage. There, what a node
+                # has read may have been moved by those after it, so that it could not run again.
+                with suppress(Unsupported, GraphError):
                     _run_twin(node, np.array([executed - 1]), scratch)
                 sequence.keep(scratch)
         return sequence.values
