@@ -327,7 +327,8 @@ class RandomScript:
             Block("if frame == 2:", [Block("rep.set_global_seed(77)")]),
             Block(
                 "numbers = rep.rng.ReplicatorRNG().generator.uniform(0, 1, 3)\n"
-                "UsdGeom.XformCommonAPI(torus.get_output_prims()['prims'][0]).SetTranslate(Gf.Vec3d(*numbers))"
+                "if torus.get_output_prims()['prims'][0]:\n"
+                "    UsdGeom.XformCommonAPI(torus.get_output_prims()['prims'][0]).SetTranslate(Gf.Vec3d(*numbers))"
             ),
         ]
         return blocks + some.sample(options, some.choice([0, 1, 2, 3]))
