@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import UsdGeom
+from pxr import Sdf, UsdGeom
 
 import usdsdg as rep
 from tests.worlds import scenes
@@ -114,5 +114,28 @@ def test_a_node_that_does_not_run_again_need_not_be_able_to():
         with rep.trigger.on_frame(), cube:
             rep.modify.pose(position=rep.distribution.sequence([(0, 2, 0), (1, 0, 0), (2, 0, 0)]))
         return rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0))
+
+    scenes.compared(build, WORLDS, STEPS)
+
+
+def test_what_a_stronger_layer_decides_is_the_same_in_all_worlds():
+    """A randomizer that writes to a layer below the one that has the position moves nothing in frames, either."""
+
+    def build():
+        rep.create.light(light_type="dome", intensity=500)
+        stage = rep.get_stage()
+        below = Sdf.Layer.CreateAnonymous(".usda")
+        stage.GetRootLayer().subLayerPaths.append(below.identifier)
+        cubes = rep.create.cube(count=2, position=(0, 1, 0), semantics=[("class", "cube")])
+        ball = rep.create.sphere(semantics=[("class", "ball")])
+        camera = rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0))
+        stage.SetEditTarget(below)
+        with rep.trigger.on_frame():
+            rep.modify.pose(position=scenes.uniform((0, -2, -1), (0, 2, 1)), input_prims=cubes)
+            rep.modify.pose(look_at=cubes, input_prims=ball)
+            rep.modify.attribute(
+                "inputs:intensity", scenes.uniform(100, 900), input_prims="/Replicator/DomeLight_Xform/DomeLight"
+            )
+        return camera
 
     scenes.compared(build, WORLDS, STEPS)

@@ -45,6 +45,7 @@ class Targets:
     """
 
     def __init__(self, attributes: Sequence[Usd.Attribute]) -> None:
+        self.stage = attributes[0].GetStage() if attributes else None
         self.paths = [attribute.GetPrimPath() for attribute in attributes]
         self.names = [attribute.GetName() for attribute in attributes]
         types = {dtype_of(attribute) for attribute in attributes}
@@ -92,6 +93,7 @@ class WorldValues:
         self.read_from_stage: set[tuple[Sdf.Path, str]] = set()
         self._reads: set[tuple[Sdf.Path, str]] = set()
         self._writes: set[tuple[Sdf.Path, str]] = set()
+        self._above: list[Sdf.Layer] | None = None  # layers that are stronger than the one that frames write to
 
     def set(self, attribute: Usd.Attribute, values: Array, source: str) -> None:
         """Set the values of an attribute, (worlds, ...) in the shape that USD gives; later calls win.
@@ -105,19 +107,24 @@ class WorldValues:
             raise Unsupported(
                 f"{path}: values of type {attribute.GetTypeName()} cannot differ between worlds. Run without --worlds."
             )
-        self._set(path.GetPrimPath(), path.name, np.asarray(values).astype(dtype), source)
+        self._set(attribute.GetStage(), path, np.asarray(values).astype(dtype), source)
 
     def set_block(self, targets: Targets, block: Array, source: str) -> None:
         """Set the values of many attributes, (worlds, attributes, ...), as `set` does."""
         rounded = block.astype(targets.dtype)
         for k, (path, name) in enumerate(zip(targets.paths, targets.names)):
-            self._set(path, name, rounded[:, k], source)
+            self._set(targets.stage, path.AppendProperty(name), rounded[:, k], source)
 
     def set_visible(self, prim: Usd.Prim, visible: Array, source: str) -> None:
         """Set in which worlds a prim is shown, (worlds,) bool."""
-        self._set(prim.GetPath(), "visibility", visible, source)
+        self._set(prim.GetStage(), prim.GetPath().AppendProperty("visibility"), visible, source)
 
-    def _set(self, path: Sdf.Path, name: str, values: Array, source: str) -> None:
+    def _set(self, stage: Usd.Stage | None, attribute: Sdf.Path, values: Array, source: str) -> None:
+        if self._above is None:
+            self._above = [] if stage is None else _layers_above_edit_target(stage)
+        if any(_decides(layer, attribute) for layer in self._above):
+            return  # what frames write there is not seen
+        path, name = attribute.GetPrimPath(), attribute.name
         self.values.setdefault(path, {})[name] = values
         self.sources[path] = source
         self._writes.add((path, name))
@@ -244,6 +251,17 @@ class WorldValues:
         with Sdf.ChangeBlock():
             for attribute, value in changed:
                 _author(attribute, value)
+
+
+def _layers_above_edit_target(stage: Usd.Stage) -> list[Sdf.Layer]:
+    """Return the layers with opinions that are stronger than those of the edit target; none if it is no such layer."""
+    layers, target = stage.GetLayerStack(), stage.GetEditTarget().GetLayer()
+    return [layer for layer in layers[: layers.index(target)] if not layer.empty] if target in layers else []
+
+
+def _decides(layer: Sdf.Layer, attribute: Sdf.Path) -> bool:
+    spec = layer.GetAttributeAtPath(attribute)
+    return spec is not None and (spec.HasDefaultValue() or spec.HasInfo("timeSamples"))
 
 
 def _keeps_origin(op: UsdGeom.XformOp) -> bool:
