@@ -277,6 +277,14 @@ def test_a_process_that_lets_others_make_parts_needs_a_dataset_that_none_makes_a
     shared_lock(FolderPlace(tmp_path)).release()
 
 
+def test_a_lock_of_a_killed_process_that_let_others_make_parts_goes(tmp_path):
+    run(tmp_path, frames=[0], complete=False)
+    (tmp_path / ".usdsdg/.workers.lock").touch()
+    run(tmp_path, Mode.RESUME, frames=[1])
+    assert not (tmp_path / ".usdsdg/.workers.lock").exists()
+    assert sorted(each.name for each in tmp_path.glob("*.png")) == ["0.png", "1.png"]
+
+
 def test_a_file_that_is_replaced_is_locked_anew(tmp_path):
     path = tmp_path / "lock"
     lock = FileLock(path)

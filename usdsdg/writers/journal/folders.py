@@ -29,7 +29,7 @@ from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.journal import NAME, Journal
-from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, SHARING, FolderPlace, Lock, Place
 from usdsdg.writers.journal.place_locks import COPY, in_use, not_locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
@@ -78,6 +78,8 @@ class DatasetFolder:
             self._make_room(mode)
             if portion is None and not with_parts:
                 shutil.rmtree(self.path / PARTS, ignore_errors=True)  # which have no frames
+                if self._sharing is None:  # and the lock of a process that was killed
+                    (self.path / BESIDE / SHARING).unlink(missing_ok=True)
             self.journal = Journal(self._home / NAME)
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:

@@ -24,6 +24,7 @@ from usdsdg.writers.journal.portion import Portion
 JOURNAL = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
 JOINED = f"{BESIDE}/joined"  # folder of parts that have been joined, until the dataset is whole
+SHARING = ".workers.lock"  # the lock of the process that lets others make parts
 LATEST = "latest"  # folder of a part, with its versions of files about all frames that grow with them
 REMOVING = "removing.jsonl"  # the names of files that a removal, which may be interrupted, has begun to remove
 _LEASES = f"{BESIDE}/leases"
@@ -134,7 +135,7 @@ class FolderPlace:
 
     def sharing_lock(self) -> Lock:
         """Take the lock of a file of its own; see `Place`."""
-        return FileLock(self.path / BESIDE / ".workers.lock", removed=True)
+        return FileLock(self.path / BESIDE / SHARING, removed=True)
 
     def sync(self, names: Iterable[str]) -> None:
         """Sync files and folders; see `Place`."""
