@@ -310,7 +310,7 @@ def path_of_descriptor(descriptor: int) -> str:
 
 
 def home_folder() -> Path | None:
-    """Return the home folder of the user; None where nobody tells it, as for a number without a name in a container."""
+    """Return the home folder of the user; None without HOME for a user without an account, as in containers."""
     try:
         return Path.home()
     except RuntimeError:

@@ -17,7 +17,7 @@ from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.growth import MoreFrames
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.parts import join_parts

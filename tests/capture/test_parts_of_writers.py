@@ -18,7 +18,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.rerun import rrd_content
 from usdsdg.writers.journal.earlier_run import Mode
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.parts import join_parts
 

@@ -15,7 +15,7 @@ from usdsdg.workers.plan import plan
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.parts import join_parts
 

@@ -19,7 +19,7 @@ from usdsdg.repair.summary import numbered
 from usdsdg.stores import whole_file
 from usdsdg.stores.locks import FileLock
 from usdsdg.writers.journal.journal import Journal
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.parts import join_parts
 

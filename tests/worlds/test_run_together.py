@@ -170,3 +170,39 @@ def test_records_of_frames_without_a_picture_have_none(tmp_path):
     session.restart()
     assert len(found[0]) == 4
     assert found[0] == found[1]
+
+
+BELOW = """
+import usdsdg as rep
+from pxr import Sdf
+
+cubes = rep.create.cube(count=2, position=(0, 1, 0), semantics=[("class", "cube")])
+rep.create.light(light_type="dome", intensity=500)
+product = rep.create.render_product(rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0)), (24, 16))
+below = Sdf.Layer.CreateAnonymous(".usda")
+rep.get_stage().GetRootLayer().subLayerPaths.append(below.identifier)
+rep.get_stage().SetEditTarget(below)
+with rep.trigger.on_frame({options}):
+    rep.modify.pose(position=rep.distribution.uniform((0, -2, -1), (0, 2, 1)), input_prims=cubes)
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="{folder}", rgb=True)
+writer.attach(product)
+rep.orchestrator.run(num_frames=4)
+"""
+
+
+@pytest.mark.parametrize("options", ["", "interval=3"])
+def test_records_have_what_is_written_below_another_layer(options, tmp_path):
+    found = []
+    for name, given in (("single", []), ("together", ["--worlds", "2"])):
+        session.restart()
+        script = tmp_path / name / "script.py"  # whose name is in the stage that is recorded
+        script.parent.mkdir()
+        script.write_text(BELOW.format(folder=tmp_path / name / "out", options=options))
+        done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *given, str(script)])
+        assert done.exit_code == 0, done.output
+        files = [*(tmp_path / name / "out").glob("rgb*.png"), *(tmp_path / name / "out/.usdsdg/frames").iterdir()]
+        found.append({file.name: file.read_bytes() for file in files})
+    session.restart()
+    assert len(found[0]) == 8
+    assert found[0] == found[1]

@@ -36,7 +36,7 @@ def datasets_in(place: str) -> list[str]:
 def _in_store(url: str) -> list[str]:
     """Return the URLs of the datasets at a URL; of those that are none themselves all names are listed."""
     from usdsdg.stores import open_store
-    from usdsdg.writers.journal.place import JOURNAL
+    from usdsdg.writers.journal.places.place import JOURNAL
     from usdsdg.writers.journal.recipe import FILE
 
     store = open_store(url)
@@ -51,7 +51,7 @@ def _in_store(url: str) -> list[str]:
 
 
 def _is_dataset(folder: Path) -> bool:
-    from usdsdg.writers.journal.place import JOURNAL
+    from usdsdg.writers.journal.places.place import JOURNAL
     from usdsdg.writers.journal.recipe import FILE
 
     beside = folder / BESIDE

@@ -14,7 +14,7 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.addresses import is_url
 from usdsdg.stores.paths import path_below
 from usdsdg.stores.store import Store
-from usdsdg.writers.journal.place import StorePlace, is_kept_as_data, place_of
+from usdsdg.writers.journal.places.place import StorePlace, is_kept_as_data, place_of
 
 # Of `.usdsdg`: what `verify` compares labels with, which is much, and which others do not read.
 RECORDS = (f"{BESIDE}/frames/", f"{BESIDE}/stages/")

@@ -30,6 +30,13 @@ class WorldSequence:
             for name, (value,) in values.items():
                 self._column(path, name, value)[world:] = value
             self.values.sources[path] = self.now.sources[path]
+        for path, values in self.now.unseen.items():
+            for name, (value,) in values.items():
+                columns = self.values.unseen.setdefault(path, {})
+                if name not in columns:
+                    columns[name] = np.repeat(value[None], self.values.count, axis=0)
+                    self.values.unseen_from[path, name] = world
+                columns[name][world:] = value
 
     def keep(self, written: WorldValues) -> None:
         """Have values of attributes that differ in no world, too: those that the stage has."""

@@ -17,8 +17,8 @@ from usdsdg.session.progress import report as progress
 from usdsdg.stores.addresses import is_url
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.journal.earlier_files import remove_unfinished
-from usdsdg.writers.journal.place import FolderPlace, Place, StorePlace, is_kept_as_data, place_of
-from usdsdg.writers.journal.place_locks import COPY, whole_locks
+from usdsdg.writers.journal.places.place import FolderPlace, Place, StorePlace, is_kept_as_data, place_of
+from usdsdg.writers.journal.places.place_locks import COPY, whole_locks
 
 
 def _keep(place: Place, names: Sequence[str]) -> None:

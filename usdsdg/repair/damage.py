@@ -11,7 +11,7 @@ from usdsdg.errors import DatasetError
 from usdsdg.verify.integrity import check
 from usdsdg.verify.integrity.listing import JOURNAL, Listing, read_listing
 from usdsdg.writers.journal import recipe
-from usdsdg.writers.journal.place import JOINED, PARTS
+from usdsdg.writers.journal.places.place import JOINED, PARTS
 
 Progress = Callable[[str, int, int | None], None]
 

@@ -77,6 +77,8 @@ class WorldValues:
         count: how many worlds there are.
         time: at which what does not differ is read.
         values: (worlds, ...) arrays, in the precision of the attribute.
+        unseen: as `values`, of attributes that a layer above the edit target decides, so that nothing shows them.
+        unseen_from: by prim path and name, the first world that writes such an attribute; others from the first on.
         sources: what has drawn the values of a prim, for messages.
         steady: prim path and name of the attributes that every frame writes anew.
         read_from_stage: prim path and name of the attributes that were read before they were set, if at all.
@@ -88,6 +90,8 @@ class WorldValues:
     ) -> None:  # fmt: skip
         self.count, self.time, self.only_independent = count, time, only_independent
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
+        self.unseen: dict[Sdf.Path, dict[str, Array]] = {}
+        self.unseen_from: dict[tuple[Sdf.Path, str], int] = {}
         self.sources: dict[Sdf.Path, str] = {}
         self.steady: frozenset[tuple[Sdf.Path, str]] = frozenset()
         self.read_from_stage: set[tuple[Sdf.Path, str]] = set()
@@ -122,9 +126,10 @@ class WorldValues:
     def _set(self, stage: Usd.Stage | None, attribute: Sdf.Path, values: Array, source: str) -> None:
         if self._above is None:
             self._above = [] if stage is None else _layers_above_edit_target(stage)
-        if any(_decides(layer, attribute) for layer in self._above):
-            return  # what frames write there is not seen
         path, name = attribute.GetPrimPath(), attribute.name
+        if any(_decides(layer, attribute) for layer in self._above):
+            self.unseen.setdefault(path, {})[name] = values
+            return
         self.values.setdefault(path, {})[name] = values
         self.sources[path] = source
         self._writes.add((path, name))
@@ -230,10 +235,11 @@ class WorldValues:
     def author(self, stage: Usd.Stage, world: int) -> None:
         """Author the values of one world in the edit target of the stage."""
         with Sdf.ChangeBlock():
-            for path, values in self.values.items():
+            for path, values in (*self.values.items(), *self.unseen.items()):
                 prim = stage.GetPrimAtPath(path)
                 for name, column in values.items():
-                    _author(prim.GetAttribute(name), column[world])
+                    if world >= self.unseen_from.get((path, name), 0):
+                        _author(prim.GetAttribute(name), column[world])
 
     def author_last(self, stage: Usd.Stage, *, steady: bool) -> None:
         """Author the values of the last world where the stage has those of the first; what differs from these stays.

@@ -57,7 +57,7 @@ from usdsdg.verify.integrity import check as check_integrity
 from usdsdg.verify.integrity.listing import JOURNAL
 from usdsdg.verify.redraw import redraw
 from usdsdg.verify.report import Report
-from usdsdg.writers.journal.place import PARTS
+from usdsdg.writers.journal.places.place import PARTS
 
 # Of single images; those that compare images are made for each dataset.
 CHECKS = (

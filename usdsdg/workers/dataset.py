@@ -13,7 +13,7 @@ from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
 from usdsdg.writers.journal.earlier_files import warn_of_lost_about_all
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place_locks import shared_lock
+from usdsdg.writers.journal.places.place_locks import shared_lock
 from usdsdg.writers.parts import forget_parts, join_parts
 
 FRAMES = "--frames"

@@ -17,7 +17,7 @@ from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import AGGREGATES
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.merge import parts_of
-from usdsdg.writers.journal.place import JOINED, PARTS, Place
+from usdsdg.writers.journal.places.place import JOINED, PARTS, Place
 from usdsdg.writers.journal.recipe import CLASS_FILE, CLASSES
 
 _FRAMES = re.compile(r"(\d+)-(\d+)")

@@ -10,7 +10,7 @@ from usdsdg.errors import StoreError
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FRAME
-from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.places.place import PARTS, Place
 
 SECONDS = 1.0
 _LINE = f'{{"{FRAME}":'.encode()

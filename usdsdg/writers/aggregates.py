@@ -14,7 +14,7 @@ from usdsdg.writers.aggregate import Aggregate
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.store import StoreBackend
-from usdsdg.writers.journal.place import Place, StorePlace
+from usdsdg.writers.journal.places.place import Place, StorePlace
 from usdsdg.writers.journal.run import get_run
 
 # The module of each kind of aggregate; spools name kinds, and a file does not decide what is imported.

@@ -11,7 +11,7 @@ from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal import merge, recipe
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place import JOINED, PARTS, FolderPlace, Place
+from usdsdg.writers.journal.places.place import JOINED, PARTS, FolderPlace, Place
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.run import Run
 

@@ -8,7 +8,7 @@ from tests.soak.kills import Trials
 from usdsdg.errors import DatasetError
 from usdsdg.workers.plan import Part, plan
 from usdsdg.writers.journal.journal import Journal
-from usdsdg.writers.journal.place import PARTS, FolderPlace
+from usdsdg.writers.journal.places.place import PARTS, FolderPlace
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,8 @@ from usdsdg.writers.journal import merge
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FrameFiles
-from usdsdg.writers.journal.place import FolderPlace
-from usdsdg.writers.journal.place_locks import shared_lock, whole_locks
+from usdsdg.writers.journal.places.place import FolderPlace
+from usdsdg.writers.journal.places.place_locks import shared_lock, whole_locks
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.run import Run

@@ -13,7 +13,7 @@ from usdsdg.errors import DatasetInTheWay, OutputNotWritable
 from usdsdg.writers.journal import earlier_files, journal
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place import REMOVING, FolderPlace
+from usdsdg.writers.journal.places.place import REMOVING, FolderPlace
 from usdsdg.writers.journal.portion import Portion
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*the files of the earlier run:UserWarning")

@@ -14,7 +14,7 @@ from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.parts import join_parts
 from usdsdg.writers.spool import Spool

@@ -20,7 +20,7 @@ from usdsdg.writers.journal import merge
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.earlier_run import Mode
 from usdsdg.writers.journal.folders import DatasetFolder
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.parts import join_parts

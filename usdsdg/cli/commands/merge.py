@@ -29,7 +29,7 @@ def merge(place: str, quiet: bool) -> None:
     dataset.
     """
     with command_context(quiet=quiet):
-        from usdsdg.writers.journal.place import place_of
+        from usdsdg.writers.journal.places.place import place_of
         from usdsdg.writers.parts import join_parts
 
         for each in datasets_to_join(place):
@@ -40,7 +40,7 @@ def datasets_to_join(place: str) -> list[str]:
     """Return the datasets in a folder that have parts; where none has any, all of them, of which each says why."""
     from usdsdg.datasets.folder import check_folder
     from usdsdg.stores.addresses import is_url
-    from usdsdg.writers.journal.place import JOINED, PARTS
+    from usdsdg.writers.journal.places.place import JOINED, PARTS
 
     if not is_url(place):
         check_folder(Path(place))

@@ -206,7 +206,7 @@ def _take_shards(summary: Summary, scratch: Path, portion: Portion | None) -> No
     if portion is None:
         return
     from usdsdg.repair.plan import sharded
-    from usdsdg.writers.journal.place import PARTS
+    from usdsdg.writers.journal.places.place import PARTS
     from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
     shards = sharded(summary.repair.damage)

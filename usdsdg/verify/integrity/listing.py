@@ -17,7 +17,7 @@ from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.merge import listed, missing_shards, of_missing_shards, parts_of
-from usdsdg.writers.journal.place import PARTS
+from usdsdg.writers.journal.places.place import PARTS
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 JOURNAL = f"{BESIDE}/{NAME}"

@@ -11,8 +11,8 @@ from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import name_below, path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend, checked_blob
-from usdsdg.writers.journal.numbered import next_writers_folder
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.numbered import next_writers_folder
+from usdsdg.writers.journal.places.place import FolderPlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 from usdsdg.writers.sharing import warn_of_sharing
 

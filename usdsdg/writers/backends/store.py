@@ -16,7 +16,7 @@ from usdsdg.stores.object_store import ObjectStore
 from usdsdg.stores.paths import checked_path
 from usdsdg.stores.retries import retry_seconds
 from usdsdg.writers.backends.backend import BaseBackend, checked_blob
-from usdsdg.writers.journal.place import StorePlace
+from usdsdg.writers.journal.places.place import StorePlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 
 # How long the first answer of a store may take [s], so that a wrong address is told soon.

@@ -17,7 +17,7 @@ from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
-from usdsdg.writers.journal.place import PARTS, REMOVING, FolderPlace, Place
+from usdsdg.writers.journal.places.place import PARTS, REMOVING, FolderPlace, Place
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died

@@ -12,7 +12,7 @@ from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.earlier_files import has_frames, is_half_removed
 from usdsdg.writers.journal.growth import MoreFrames, advice
 from usdsdg.writers.journal.journal import NAME, Contents
-from usdsdg.writers.journal.place import PARTS, REMOVING, Place
+from usdsdg.writers.journal.places.place import PARTS, REMOVING, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 

@@ -29,8 +29,8 @@ from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.journal import NAME, Journal
-from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, SHARING, FolderPlace, Lock, Place
-from usdsdg.writers.journal.place_locks import COPY, in_use, not_locked
+from usdsdg.writers.journal.places.place import JOINED, LATEST, PARTS, SHARING, FolderPlace, Lock, Place
+from usdsdg.writers.journal.places.place_locks import COPY, in_use, not_locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -194,7 +194,7 @@ class DatasetFolder:
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
         with self._keeping:
-            if self._facts is facts:  # else the capture has told of more meanwhile, and all of it is told again
+            if self._facts is facts:  # else the capture has noted facts meanwhile; then all are appended again
                 self._facts = {}
             _forget(self._shared, shared)
             _forget(self._latest, latest)
@@ -231,8 +231,8 @@ class DatasetFolder:
     def follow(self, *, tells: bool = True) -> bool:
         """Where a script has moved the folder, go on with the dataset there; return whether that is known.
 
-        It is not, which is told if `tells`, where the folder was removed, or another program has moved it to another
-        disk, or the system does not tell.
+        It is not known if the folder was removed, if another program has moved it to another disk, or if the system
+        does not give the path of an open file. tells: say so on stderr.
         """
         first = self._locks[0]
         journal_now = (first.path_now() or self._copied_journal(first)) if isinstance(first, FileLock) else None

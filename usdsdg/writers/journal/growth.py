@@ -13,7 +13,7 @@ from usdsdg.writers.journal.facts import WRITERS
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.lines import SHARED, SPOOLS
 from usdsdg.writers.journal.merge import parts_of
-from usdsdg.writers.journal.place import JOINED, Place
+from usdsdg.writers.journal.places.place import JOINED, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes

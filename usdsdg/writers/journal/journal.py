@@ -40,7 +40,7 @@ from usdsdg.writers.journal.lines import (
     STATE,
     parsed,
 )
-from usdsdg.writers.journal.place import JOURNAL
+from usdsdg.writers.journal.places.place import JOURNAL
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 NAME = JOURNAL

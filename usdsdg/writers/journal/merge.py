@@ -20,7 +20,7 @@ from usdsdg.writers.journal.facts import ASSETS, Facts, assets_of_two_contents, 
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
-from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, Place
+from usdsdg.writers.journal.places.place import JOINED, LATEST, PARTS, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 

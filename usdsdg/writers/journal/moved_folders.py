@@ -31,7 +31,7 @@ def leave(name: str, folders: dict[str, DatasetFolder], frames: FramesInHand) ->
 
 
 def follow(names: Iterable[str], folders: dict[str, DatasetFolder]) -> None:
-    """Find those of some folders that were moved, and forget those that were removed, which is told."""
+    """Find which of the named folders the script has moved; report those that it has removed, and forget them."""
     for name in names:
         if not folders[name].place.exists() and not folders[name].follow():
             folders.pop(name).release()

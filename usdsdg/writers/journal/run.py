@@ -19,7 +19,7 @@ from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings.store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import moved_folders, place_locks
+from usdsdg.writers.journal import moved_folders
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.earlier_run import Mode, check_place
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
@@ -27,8 +27,9 @@ from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.main_script import main_script, started_source
-from usdsdg.writers.journal.numbered import NumberedPlaces
-from usdsdg.writers.journal.place import Place, place_of
+from usdsdg.writers.journal.places import place_locks
+from usdsdg.writers.journal.places.numbered import NumberedPlaces
+from usdsdg.writers.journal.places.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source
 

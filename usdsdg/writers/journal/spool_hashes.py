@@ -16,7 +16,7 @@ from usdsdg.errors import WriterError
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.writers.journal import lines
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.place import JOURNAL
+from usdsdg.writers.journal.places.place import JOURNAL
 
 AGGREGATES, SUFFIX = "aggregates", ".jsonl"
 ONCE = "samples"  # the folder of spools that are removed when the run is complete

@@ -24,7 +24,7 @@ from usdsdg.writers.formats.shards.shard_writer import ROW_GROUP, limits_of
 from usdsdg.writers.formats.shards.tar_shard import TarSample, TarShards
 from usdsdg.writers.journal.facts import WRITERS
 from usdsdg.writers.journal.journal import Contents
-from usdsdg.writers.journal.place import Place
+from usdsdg.writers.journal.places.place import Place
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SUFFIX
 
 _PARQUET = re.compile(r"data/(.+)-(\d{5})\.parquet", re.DOTALL)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from usdsdg.writers.journal import recipe
-from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.places.place import FolderPlace
 
 if TYPE_CHECKING:
     from usdsdg.writers.journal.run import Run

@@ -7,7 +7,7 @@ from pathlib import Path
 from usdsdg.errors import DatasetInTheWay, StoreError
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable
-from usdsdg.writers.journal.place import FolderPlace, Lock, Place
+from usdsdg.writers.journal.places.place import FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 
 # Of what works on a dataset where it is, and is given no output_dir.
