@@ -15,7 +15,7 @@ from usdsdg.stage.poses.look_at import look_at_rotations
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, decompose, euler_xyz_from_quat
 from usdsdg.stage.poses.transforms import inverse_of_parent, up_axis, up_vector
-from usdsdg.stage.poses.xform_ops import local_euler, local_translation
+from usdsdg.stage.poses.xform_ops import local_euler
 from usdsdg.stage.world_values import WorldValues
 
 Array = NDArray[np.float64]
@@ -31,8 +31,7 @@ class PosedPrim:
 
     def translation(self) -> Array:
         """(worlds or 1, 3) translation in the parent's space."""
-        held = self._values.held(self.prim, "xformOp:translate")
-        return np.asarray(local_translation(self.prim) if held is None else held, np.float64).reshape(-1, 3)
+        return self._values.translation(self.prim)
 
     def euler(self, order: str) -> Array:
         """(worlds or 1, 3) angles of the prim's own rotation, for a rotate op of `order` [degrees]."""

@@ -44,8 +44,8 @@ def _scatter(
     for prim in filter(is_instancer, prims):
         raise Unsupported(f"the point instances of {prim.GetPath()} cannot be scattered in worlds")
     if values.only_independent and (inputs.get("noCollPrims") or inputs["checkForCollisions"]):
-        # The rounding of their triangles does, and drawing many frames to find out takes long.
-        raise Unsupported("what keeps prims apart follows from where they were before")
+        # Triangles are rounded about where their prim was. Drawing many frames only to be told so would take long.
+        raise Unsupported("the collision test depends, in its rounding, on where prims were in the frame before")
     everywhere, names = PlacesInWorlds(values), object_names(prims)
     differs, obstacles = everywhere.differ(bounding), prims_of(inputs, "noCollPrims")
     positions, region = np.empty((len(executions), len(prims), 3)), None

@@ -10,7 +10,6 @@ from pxr import Sdf, Usd
 from usdsdg.scatter.stage_bodies import Places
 from usdsdg.stage.geometry.triangles import TriangleInstance, triangles_below
 from usdsdg.stage.poses.transforms import as_array, local_to_world
-from usdsdg.stage.poses.xform_ops import local_translation
 from usdsdg.stage.world_values import WorldValues
 
 
@@ -38,10 +37,8 @@ class PlacesInWorlds:
 
     def origin(self, prim: Usd.Prim, world: int) -> np.ndarray:
         """Return (3,) the position of a prim's origin in a world."""
-        held = self._values.held(prim, "xformOp:translate")
-        own = local_translation(prim) if held is None else np.asarray(held[world % len(held)], np.float64)
-        to_world = self._values.parent_to_world(prim)
-        return (np.append(own, 1.0) @ to_world[world % len(to_world)])[:3]
+        own, to_world = self._values.translation(prim), self._values.parent_to_world(prim)
+        return (np.append(own[world % len(own)], 1.0) @ to_world[world % len(to_world)])[:3]
 
     def _placed(self, prims: Sequence[Usd.Prim]) -> list[tuple[TriangleInstance, np.ndarray | None]]:
         """Return triangles with their transforms (worlds or 1, 4, 4); None for what is where the stage has it."""
@@ -53,7 +50,7 @@ class PlacesInWorlds:
     def _matrices(self, root: Usd.Prim, placed: TriangleInstance) -> np.ndarray | None:
         name, _, instance = placed.path.partition("[")
         prim = root.GetStage().GetPrimAtPath(name)
-        matrices = self._values.local_to_world(prim)  # also where it is not used: it notes what is read
+        matrices = self._values.local_to_world(prim)  # also if it is not used: `values` notes that it was read
         if not self._values.move(prim):
             return None
         if not instance:

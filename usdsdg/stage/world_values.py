@@ -17,6 +17,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.errors import Unsupported
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_euler, matrix_from_quat
 from usdsdg.stage.poses.transforms import as_array
+from usdsdg.stage.poses.xform_ops import local_translation
 
 Array = NDArray[Any]
 # NumPy's types of the numbers of USD's value types.
@@ -166,6 +167,11 @@ class WorldValues:
     def move(self, prim: Usd.Prim) -> bool:
         """Return whether a prim, or one above it, has a local transform that differs."""
         return any(name.startswith("xformOp:") for path in prim.GetPath().GetPrefixes() for name in self.of(path))
+
+    def translation(self, prim: Usd.Prim) -> Array:
+        """(worlds or 1, 3) float64, the prim's translation in its parent's space."""
+        held = self.held(prim, "xformOp:translate")
+        return np.asarray(local_translation(prim) if held is None else held, np.float64).reshape(-1, 3)
 
     def local_matrices(self, prim: Usd.Prim) -> Array:
         """(worlds, 4, 4) float64, the prim's local transforms for row vectors; (1, 4, 4) if they are the same."""
